@@ -1,0 +1,197 @@
+//! What a baked file holds. The archived form of every `Pod` struct here is, byte for byte, the
+//! struct that the shaders read: arrays of them go from the mapped file to the GPU unchanged.
+//!
+//! Spaces: *object space* is the mesh's own; *world* is relative to [`Scene::origin`], so that f32
+//! coordinates stay small wherever the source scene lies. Lengths are in the source's units.
+
+use crate::schema::schema;
+
+/// "No object": [`BvhNode::object`] of an interior node, and the background of an item buffer.
+pub const NO_OBJECT: u32 = u32::MAX;
+
+schema! {
+    /// One drawable: a mesh under one transform. Its id is its index. 64 bytes.
+    #[derive(Copy)]
+    pod struct Object {
+        /// Rows of the 3x4 matrix that takes object space to world.
+        pub world_from_object: [[f32; 4]; 3],
+        /// Index into [`Scene::meshes`].
+        pub mesh: u32,
+        /// Linear RGBA, 8 bits each, red in the lowest byte.
+        pub base_color: u32,
+        /// [`object_flags`](crate::object_flags).
+        pub flags: u32,
+        /// Zero. Keeps the stride at 64 bytes, the alignment WGSL gives a matrix row times four.
+        pub reserved: u32,
+    }
+}
+
+schema! {
+    /// An axis-aligned box in world. `min <= max` in every component. 24 bytes.
+    #[derive(Copy)]
+    pod struct Bounds {
+        /// Smallest corner.
+        pub min: [f32; 3],
+        /// Largest corner.
+        pub max: [f32; 3],
+    }
+}
+
+schema! {
+    /// A run of vertices and of triangle indices, shared by the objects that draw it. 48 bytes.
+    #[derive(Copy)]
+    pod struct Mesh {
+        /// Smallest corner of the vertices, object space.
+        pub min: [f32; 3],
+        /// First entry in [`Scene::indices`].
+        pub first_index: u32,
+        /// Largest corner of the vertices, object space.
+        pub max: [f32; 3],
+        /// Number of indices: three times the triangles, at least 3.
+        pub index_count: u32,
+        /// First entry in [`Scene::positions`]; indices count from here.
+        pub first_vertex: u32,
+        /// Number of vertices; every index of the mesh is below it.
+        pub vertex_count: u32,
+        /// Zero.
+        pub reserved: [u32; 2],
+    }
+}
+
+schema! {
+    /// A node of an object-level BVH, in depth-first order: the left child of interior node `i` is
+    /// `i + 1`, the right child is the `skip` of the left one. The subtree of `i` is `i..skip`, which
+    /// makes a traversal without a stack. 32 bytes.
+    #[derive(Copy)]
+    pod struct BvhNode {
+        /// Smallest corner, world.
+        pub min: [f32; 3],
+        /// One past the last node of this subtree.
+        pub skip: u32,
+        /// Largest corner, world.
+        pub max: [f32; 3],
+        /// The object of a leaf; [`NO_OBJECT`] for an interior node. This is the leaf-to-object map.
+        pub object: u32,
+    }
+}
+
+schema! {
+    /// What a tree looks like; computed by the bake so that readers need not.
+    #[derive(Copy)]
+    pod struct BvhStats {
+        /// Edges from the root to the deepest leaf.
+        pub depth: u32,
+        /// Zero.
+        pub reserved: u32,
+        /// Mean number of edges from the root to a leaf.
+        pub mean_leaf_depth: f64,
+        /// Sum over interior nodes of (traversal 1 + 0) and over leaves of (intersection 1), each times
+        /// the node's surface area over the root's: the surface area heuristic with both constants 1.
+        pub sah_cost: f64,
+        /// Sum over interior nodes of the surface area of the overlap of the two children, over the
+        /// root's surface area.
+        pub overlap: f64,
+    }
+}
+
+schema! {
+    /// One tree over all objects, leaf size 1: N objects make 2N-1 nodes.
+    struct Bvh {
+        /// Name of the split rule or builder: `sah`, `middle`, `equal-count`, ...
+        pub split: String,
+        /// The nodes in depth-first order; the root is node 0.
+        pub nodes: Vec<BvhNode>,
+        /// The parent of each node; the root's is itself.
+        pub parents: Vec<u32>,
+        /// For each object the index of its leaf.
+        pub leaf_of_object: Vec<u32>,
+        /// Depth, cost, overlap.
+        pub stats: BvhStats,
+    }
+}
+
+schema! {
+    /// Where an object came from. 12 bytes.
+    #[derive(Copy)]
+    pod struct ObjectSource {
+        /// Index into [`Scene::source_files`].
+        pub file: u32,
+        /// glTF node index, or the running number of the OBJ group.
+        pub node: u32,
+        /// Primitive within the glTF mesh; 0 for OBJ.
+        pub primitive: u32,
+    }
+}
+
+schema! {
+    /// A camera stored in the source scene.
+    struct Camera {
+        /// The source's name, or empty.
+        pub name: String,
+        /// In world.
+        pub position: [f64; 3],
+        /// Unit quaternion x, y, z, w; the camera looks along its -z, y up.
+        pub orientation: [f64; 4],
+        /// Full vertical field of view in radians; 0 for an orthographic camera.
+        pub fov_y_rad: f32,
+        /// Half the height of an orthographic view volume; 0 for a perspective camera.
+        pub half_height: f32,
+        /// Distance of the near plane.
+        pub near: f32,
+        /// Distance of the far plane; infinity where the source gives none.
+        pub far: f32,
+    }
+}
+
+schema! {
+    /// A file the bake read.
+    struct SourceFile {
+        /// File name without folders: a bake does not depend on where its input lies.
+        pub name: String,
+        /// xxh3 of the bytes of the file and of every buffer it refers to, in order.
+        pub hash: u64,
+    }
+}
+
+schema! {
+    /// The root of a baked file.
+    struct Scene {
+        /// The scene's name: the first input's file stem.
+        pub name: String,
+        /// Program and version that wrote the file.
+        pub generator: String,
+        /// The options of the bake that decide its bytes, as one JSON object.
+        pub settings: String,
+        /// The inputs, in the order given.
+        pub source_files: Vec<SourceFile>,
+        /// Where world's zero lies in the source's coordinates.
+        pub origin: [f64; 3],
+        /// The union of `object_bounds`; all zero in an empty scene.
+        pub bounds: Bounds,
+        /// The objects; ids are indices.
+        pub objects: Vec<Object>,
+        /// World bounds per object; they contain every vertex as the GPU computes it in f32.
+        pub object_bounds: Vec<Bounds>,
+        /// Source per object.
+        pub object_sources: Vec<ObjectSource>,
+        /// End of each object's name in `names`; it starts where the one before ends.
+        pub name_ends: Vec<u32>,
+        /// All object names one after another, UTF-8.
+        pub names: Vec<u8>,
+        /// The meshes.
+        pub meshes: Vec<Mesh>,
+        /// Vertex positions, object space.
+        pub positions: Vec<[f32; 3]>,
+        /// Triangle list, relative to each mesh's first vertex.
+        pub indices: Vec<u32>,
+        /// Unit normals per vertex, octahedral, two signed normalized 16-bit numbers; empty where the
+        /// source has none or the bake was told to leave them out.
+        pub normals: Vec<[i16; 2]>,
+        /// Texture coordinates per vertex; empty unless asked for.
+        pub uvs: Vec<[f32; 2]>,
+        /// The trees; all over the same objects. Empty for a scene without objects.
+        pub bvhs: Vec<Bvh>,
+        /// The source's cameras.
+        pub cameras: Vec<Camera>,
+    }
+}

@@ -1,0 +1,1 @@
+//! From a source scene to the baked scene.

@@ -1,0 +1,11 @@
+//! Bakes scenes for hroc: import -> objects -> mesh optimization -> object-level BVHs -> one file.
+//!
+//! The library is what `hroc-bake` runs; it needs no GPU and prints nothing.
+#![warn(missing_docs)]
+
+pub mod bake;
+pub mod bvh;
+pub mod generate;
+pub mod import;
+pub mod scene;
+pub mod split;

@@ -1,0 +1,98 @@
+//! A scene as the importers deliver it and the bake consumes it: plain triangles, every transform in
+//! f64, nothing shared with any file format.
+
+use glam::{DAffine3, DQuat, DVec3};
+
+/// Everything read from the inputs.
+#[derive(Clone, Debug, Default)]
+pub struct SourceScene {
+    /// File stem of the first input.
+    pub name: String,
+    /// The files read, in the order given.
+    pub files: Vec<SourceFile>,
+    /// Meshes; several objects may share one.
+    pub meshes: Vec<SourceMesh>,
+    /// Objects in source order: file by file, node by node (depth first), primitive by primitive.
+    pub objects: Vec<SourceObject>,
+    /// Cameras of the source.
+    pub cameras: Vec<SourceCamera>,
+    /// What was left out or read differently from what the file says; shown to the user.
+    pub warnings: Vec<String>,
+}
+
+/// One input file.
+#[derive(Clone, Debug)]
+pub struct SourceFile {
+    /// File name without folders.
+    pub name: String,
+    /// xxh3 of its bytes and those of the buffers it refers to.
+    pub hash: u64,
+}
+
+/// Triangles in object space. Every index is below `positions.len()`, the number of indices is a
+/// multiple of three and positions are finite: importers guarantee it.
+#[derive(Clone, Debug, Default)]
+pub struct SourceMesh {
+    /// Vertex positions.
+    pub positions: Vec<[f32; 3]>,
+    /// Empty, or one unit normal per vertex.
+    pub normals: Vec<[f32; 3]>,
+    /// Empty, or one texture coordinate per vertex.
+    pub uvs: Vec<[f32; 2]>,
+    /// Triangle list.
+    pub indices: Vec<u32>,
+}
+
+/// How an object's alpha is used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AlphaMode {
+    /// Ignored.
+    #[default]
+    Opaque,
+    /// Cuts holes.
+    Masked,
+    /// Blends with what lies behind.
+    Blended,
+}
+
+/// A mesh under one transform.
+#[derive(Clone, Debug)]
+pub struct SourceObject {
+    /// Index into [`SourceScene::meshes`].
+    pub mesh: usize,
+    /// Object space to the source's world, any affine map.
+    pub world_from_object: DAffine3,
+    /// Linear RGBA in 0..=1.
+    pub base_color: [f32; 4],
+    /// From the material.
+    pub alpha: AlphaMode,
+    /// From the material.
+    pub double_sided: bool,
+    /// The source's name for it; may be empty.
+    pub name: String,
+    /// Index into [`SourceScene::files`].
+    pub file: usize,
+    /// glTF node index, or the running number of the OBJ group.
+    pub node: usize,
+    /// Primitive within the glTF mesh; 0 for OBJ.
+    pub primitive: usize,
+}
+
+/// A camera of the source.
+#[derive(Clone, Debug)]
+pub struct SourceCamera {
+    /// May be empty.
+    pub name: String,
+    /// In the source's world.
+    pub position: DVec3,
+    /// The camera looks along its -z, y up.
+    pub orientation: DQuat,
+    /// Perspective: full vertical field of view in radians. Orthographic: 0.
+    pub fov_y_rad: f32,
+    /// Orthographic: half the height of the view volume. Perspective: 0.
+    pub half_height: f32,
+    /// Near plane distance.
+    pub near: f32,
+    /// Far plane distance; infinite where the source gives none.
+    pub far: f32,
+}
