@@ -1,0 +1,86 @@
+//!import common/frame
+// Conservative tests of padded bounds, against the `frame` of the importing stage. Twin: runtime/src/twin/bounds.rs.
+
+// Larger depth is nearer (reversed conventions).
+override REVERSED_DEPTH: bool = true;
+
+// Widens the interval of the slab test: 16 * 2^-23 covers the rounding of both its ends.
+const SLAB_WIDENING: f32 = 1.0000019;
+// Directions are kept this far from zero so that no 0 * inf can arise.
+const SMALLEST_DIRECTION: f32 = 1e-12;
+
+struct Box {
+    min: vec3f,
+    max: vec3f,
+}
+
+struct Ray {
+    origin: vec3f,
+    inverse_direction: vec3f,
+}
+
+// Grows bounds by all that rasterization and rounding can move geometry, see frame_uniform.rs.
+fn padded(lo: vec3f, hi: vec3f) -> Box {
+    let forward = frame.forward;
+    let farthest = dot(max(forward.xyz, vec3f(0.0)), hi) + dot(min(forward.xyz, vec3f(0.0)), lo) + forward.w;
+    let padding = frame.padding_world + frame.padding_per_depth * max(farthest, 0.0);
+    return Box(lo - padding, hi + padding);
+}
+
+// Signed distance from a plane to the box's corner farthest along the plane's normal.
+fn farthest_along(plane: vec4f, box: Box) -> f32 {
+    return dot(max(plane.xyz, vec3f(0.0)), box.max) + dot(min(plane.xyz, vec3f(0.0)), box.min) + plane.w;
+}
+
+// Signed distance from a plane to the box's corner nearest against the plane's normal.
+fn nearest_along(plane: vec4f, box: Box) -> f32 {
+    return dot(max(plane.xyz, vec3f(0.0)), box.min) + dot(min(plane.xyz, vec3f(0.0)), box.max) + plane.w;
+}
+
+fn in_frustum(box: Box) -> bool {
+    var inside = true;
+    for (var i = 0u; i < 6u; i++) {
+        inside = inside && farthest_along(frame.planes[i], box) >= 0.0;
+    }
+    return inside;
+}
+
+// Part of the box lies in front of the near plane or on it: its faces cannot be relied on to leave
+// fragments there.
+fn touches_near(box: Box) -> bool {
+    return nearest_along(frame.planes[4], box) <= 0.0;
+}
+
+// The ray through a fragment's position (pixels, centre of the pixel, y down).
+fn pixel_ray(position: vec2f) -> Ray {
+    let origin = frame.ray_origin + position.x * frame.ray_origin_dx + position.y * frame.ray_origin_dy;
+    let direction = frame.ray_direction + position.x * frame.ray_direction_dx + position.y * frame.ray_direction_dy;
+    let away_from_zero = select(vec3f(-SMALLEST_DIRECTION), vec3f(SMALLEST_DIRECTION), direction >= vec3f(0.0));
+    let guarded = select(direction, away_from_zero, abs(direction) < vec3f(SMALLEST_DIRECTION));
+    return Ray(origin, 1.0 / guarded);
+}
+
+// The ray parameter (view depth) where the ray enters the box, at least `near`; negative on a miss.
+fn entry(ray: Ray, box: Box, near: f32) -> f32 {
+    let a = (box.min - ray.origin) * ray.inverse_direction;
+    let b = (box.max - ray.origin) * ray.inverse_direction;
+    let enter = min(a, b);
+    let leave = max(a, b);
+    let first = max(max(enter.x, enter.y), max(enter.z, near));
+    let last = min(min(leave.x, leave.y), leave.z);
+    return select(-1.0, first, first <= last * SLAB_WIDENING);
+}
+
+// Whether a surface that starts at ray parameter `t` can be at or in front of `depth` (the value in the
+// depth buffer): compared in clip depth, rounded toward visible.
+fn may_show(t: f32, depth: f32) -> bool {
+    let nearer = t / SLAB_WIDENING;
+    let along = frame.depth_along_ray;
+    let w = along.z + along.w * nearer;
+    let entry_depth = (along.x + along.y * nearer) / w;
+    let tolerance = frame.depth_tolerance + frame.depth_tolerance_over_w / w + frame.depth_tolerance_relative * abs(depth);
+    if (REVERSED_DEPTH) {
+        return entry_depth + tolerance >= depth;
+    }
+    return entry_depth - tolerance <= depth;
+}

@@ -1,0 +1,36 @@
+// What a frame's stages know of the camera; hroc_runtime::FrameUniform. World is relative to the
+// scene's origin. Where the numbers come from is derived in runtime/src/frame_uniform.rs.
+struct Frame {
+    clip_from_world: mat4x4f,
+    // Inward unit normals and offsets: dot(n, p) + d >= 0 inside. Left, right, bottom, top, near, far.
+    planes: array<vec4f, 6>,
+    // view depth of p = dot(forward.xyz, p) + forward.w, from the eye's plane along the view.
+    forward: vec4f,
+    // Ray through pixel coordinate (x, y): origin + x * origin_dx + y * origin_dy, and likewise the
+    // direction, scaled so that the ray parameter is the view depth.
+    ray_origin: vec3f,
+    // Half-width by which every box grows, whatever its distance, world.
+    padding_world: f32,
+    ray_origin_dx: vec3f,
+    // The same per unit of the box's farthest view depth.
+    padding_per_depth: f32,
+    ray_origin_dy: vec3f,
+    // The ray parameter at the near plane.
+    near: f32,
+    ray_direction: vec3f,
+    object_count: u32,
+    ray_direction_dx: vec3f,
+    node_count: u32,
+    ray_direction_dy: vec3f,
+    // Tolerance of a depth comparison: tolerance + tolerance_over_w / clip w + tolerance_relative * depth.
+    depth_tolerance: f32,
+    // Clip z and w along a ray are linear in its parameter t: z = x + y * t, w = z + w * t.
+    depth_along_ray: vec4f,
+    depth_tolerance_over_w: f32,
+    depth_tolerance_relative: f32,
+    // Render target size in pixels.
+    size: vec2u,
+}
+
+// The one binding that is not declared beside an entry point: every stage that imports this has it here.
+@group(0) @binding(0) var<uniform> frame: Frame;

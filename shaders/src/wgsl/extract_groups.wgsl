@@ -1,0 +1,83 @@
+//!import common/types
+//!import common/bounds
+// extract_groups: from the effective occluders to the occludee groups (paper, section 3.2), in the
+// order-free form. First every ancestor of an effective occluder becomes visible; then
+//   group(n) = unknown(n) and not refine(n) and (n is the root or visible(parent) or refine(parent)),
+// where refine(n) holds for interior nodes whose padded bounds touch the near plane: they are replaced
+// by their children. Walking down from the topmost unknown ancestor of any leaf, the first node that is
+// not refined is a group, so every leaf that was not drawn lies in one. Twin: runtime/src/twin/extract_groups.rs.
+
+struct GroupDraw {
+    // Arguments of the indirect draw of the groups' boxes.
+    vertex_count: u32,
+    instance_count: atomic<u32>,
+    first_vertex: u32,
+    first_instance: u32,
+}
+
+@group(0) @binding(1) var<storage, read> nodes: array<BvhNode>;
+@group(0) @binding(2) var<storage, read> parents: array<u32>;
+@group(0) @binding(3) var<storage, read> leaf_of_object: array<u32>;
+@group(0) @binding(4) var<storage, read> potential_occluders: array<u32>;
+@group(0) @binding(5) var<storage, read> effective_occluders: array<u32>;
+@group(0) @binding(6) var<storage, read_write> visible_nodes: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> potentially_visible: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> groups: array<u32>;
+@group(0) @binding(9) var<storage, read_write> group_draw: GroupDraw;
+
+// One invocation per object: climb until an ancestor was already visible.
+@compute @workgroup_size(64)
+fn climb(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grid: vec3u) {
+    let object = id.x + id.y * grid.x * 64u;
+    if (object >= frame.object_count) {
+        return;
+    }
+    if ((effective_occluders[object >> 5u] & (1u << (object & 31u))) == 0u) {
+        return;
+    }
+    var n = leaf_of_object[object];
+    loop {
+        let bit = 1u << (n & 31u);
+        if ((atomicOr(&visible_nodes[n >> 5u], bit) & bit) != 0u || n == 0u) {
+            break;
+        }
+        n = parents[n];
+    }
+}
+
+fn is_visible(n: u32) -> bool {
+    return (atomicLoad(&visible_nodes[n >> 5u]) & (1u << (n & 31u))) != 0u;
+}
+
+// One invocation per node.
+@compute @workgroup_size(64)
+fn collect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grid: vec3u) {
+    let n = id.x + id.y * grid.x * 64u;
+    if (n >= frame.node_count || is_visible(n)) {
+        return;
+    }
+    let parent = parents[n];
+    if (n != 0u && !is_visible(parent)) {
+        let box = padded(nodes[parent].min, nodes[parent].max);
+        if (!touches_near(box)) {
+            return;
+        }
+    }
+    let node = nodes[n];
+    let box = padded(node.min, node.max);
+    if (!in_frustum(box)) {
+        return;
+    }
+    if (touches_near(box)) {
+        // No face of such a box can be relied on. An interior node leaves it to its children; a leaf is
+        // drawn untested, unless it was drawn already.
+        if (node.object != NO_OBJECT) {
+            let bit = 1u << (node.object & 31u);
+            if ((potential_occluders[node.object >> 5u] & bit) == 0u) {
+                atomicOr(&potentially_visible[node.object >> 5u], bit);
+            }
+        }
+        return;
+    }
+    groups[atomicAdd(&group_draw.instance_count, 1u)] = n;
+}
