@@ -1,14 +1,41 @@
 //! The baked scene file of hroc.
 //!
 //! A file is a 64-byte header and one rkyv archive of a [`Scene`]; `README.md` beside this crate
-//! documents the bytes.
+//! documents the bytes. A mapped file is the scene: its arrays go to the GPU unchanged.
+//!
+//! ```
+//! use hroc_format::{BakedScene, Check, Scene, bytes_of, to_bytes};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let scene = Scene { name: "room".into(), ..Scene::default() };
+//! let baked = BakedScene::from_aligned(to_bytes(&scene)?, Check::Everything)?;
+//! assert_eq!(baked.scene().name, "room");
+//! assert_eq!(bytes_of(baked.scene().objects.as_slice()).len(), 0);
+//! # Ok(())
+//! # }
+//! ```
 #![warn(missing_docs)]
 
+// The archived arrays are read as plain numbers, on the CPU and on the GPU.
+#[cfg(not(all(target_endian = "little", target_pointer_width = "64")))]
+compile_error!("hroc reads its files in place, on 64-bit little-endian hosts only");
+
+mod check;
+mod error;
+mod header;
+mod open;
+mod read;
 mod schema;
 mod types;
+mod write;
 
+pub use error::{CheckError, IN_MEMORY, LooksLike, OpenError, WriteError};
+pub use header::{HEADER_LEN, Header, MAGIC, VERSION};
+pub use open::{BakedScene, Check};
+pub use read::bytes_of;
 pub use schema::{Described, SCHEMA_HASH};
 pub use types::*;
+pub use write::{TEMPORARY_PREFIX, to_bytes, write};
 
 /// Bits of [`Object::flags`].
 pub mod object_flags {

@@ -27,7 +27,7 @@ macro_rules! schema {
         $($(#[doc = $field_doc:literal])* pub $field:ident : $type:ty,)*
     }) => {
         $(#[doc = $doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, rkyv::Archive, rkyv::Serialize)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, rkyv::Archive, rkyv::Serialize)]
         #[rkyv(attr(derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)))]
         #[rkyv(attr(doc = concat!("The stored form of [`", stringify!($name), "`].")))]
         #[allow(missing_docs)]
@@ -43,7 +43,7 @@ macro_rules! schema {
         $($(#[doc = $field_doc:literal])* pub $field:ident : $type:ty,)*
     }) => {
         $(#[doc = $doc])*
-        #[derive(Clone, Debug, PartialEq, rkyv::Archive, rkyv::Serialize)]
+        #[derive(Clone, Debug, Default, PartialEq, rkyv::Archive, rkyv::Serialize)]
         #[rkyv(attr(doc = concat!("The stored form of [`", stringify!($name), "`].")))]
         #[allow(missing_docs)]
         pub struct $name {

@@ -1,0 +1,152 @@
+//! Objects and all that is stored per object, the scene's bounds and its cameras.
+
+use super::{Result, ensure, is_box, mesh_box, same_count};
+use crate::object_flags;
+use crate::types::{ArchivedScene, NO_OBJECT};
+
+pub(super) fn check(scene: &ArchivedScene) -> Result {
+    let count = scene.objects.len();
+    ensure(
+        count < NO_OBJECT as usize,
+        || "objects".into(),
+        || format!("{count}, too many"),
+    )?;
+    same_count("object bounds", scene.object_bounds.len(), count)?;
+    same_count("object sources", scene.object_sources.len(), count)?;
+    same_count("name ends", scene.name_ends.len(), count)?;
+    ensure(
+        scene.origin.iter().all(|v| v.to_native().is_finite()),
+        || "scene".into(),
+        || "the origin is not finite".into(),
+    )?;
+    for (i, mesh) in scene.meshes.iter().enumerate() {
+        let (min, max) = mesh_box(mesh);
+        ensure(
+            is_box(min, max),
+            || format!("mesh {i}"),
+            || format!("bounds {min:?} to {max:?}"),
+        )?;
+    }
+    objects(scene)?;
+    bounds(scene)?;
+    names(scene)?;
+    cameras(scene)
+}
+
+fn objects(scene: &ArchivedScene) -> Result {
+    let (meshes, files) = (scene.meshes.len(), scene.source_files.len());
+    for (i, (object, source)) in scene
+        .objects
+        .iter()
+        .zip(scene.object_sources.iter())
+        .enumerate()
+    {
+        let at = || format!("object {i}");
+        let (mesh, flags, file) = (
+            object.mesh.to_native(),
+            object.flags.to_native(),
+            source.file.to_native(),
+        );
+        ensure((mesh as usize) < meshes, at, || {
+            format!("mesh {mesh} of {meshes}")
+        })?;
+        ensure(flags & !object_flags::ALL == 0, at, || {
+            format!("unknown flags {flags:#x}")
+        })?;
+        ensure(object.reserved == 0, at, || "reserved bytes in use".into())?;
+        let matrix = object.world_from_object.as_flattened();
+        ensure(matrix.iter().all(|v| v.to_native().is_finite()), at, || {
+            "its transform is not finite".into()
+        })?;
+        ensure((file as usize) < files, at, || {
+            format!("source file {file} of {files}")
+        })?;
+    }
+    Ok(())
+}
+
+fn bounds(scene: &ArchivedScene) -> Result {
+    let mut union = None;
+    for (i, bounds) in scene.object_bounds.iter().enumerate() {
+        let bounds = bounds.to_native();
+        ensure(
+            is_box(bounds.min, bounds.max),
+            || format!("object {i}"),
+            || format!("bounds {:?} to {:?}", bounds.min, bounds.max),
+        )?;
+        let (min, max) = union.get_or_insert((bounds.min, bounds.max));
+        for k in 0..3 {
+            min[k] = min[k].min(bounds.min[k]);
+            max[k] = max[k].max(bounds.max[k]);
+        }
+    }
+    let (min, max) = union.unwrap_or_default();
+    let found = scene.bounds.to_native();
+    ensure(
+        found.min == min && found.max == max,
+        || "scene".into(),
+        || {
+            format!(
+                "bounds {:?} to {:?}, its objects' are {min:?} to {max:?}",
+                found.min, found.max
+            )
+        },
+    )
+}
+
+fn names(scene: &ArchivedScene) -> Result {
+    let names = std::str::from_utf8(scene.names.as_slice()).map_err(|error| {
+        super::failure(
+            || "object names".into(),
+            || format!("not UTF-8 at byte {}", error.valid_up_to()),
+        )
+    })?;
+    let mut start = 0;
+    for (i, end) in scene.name_ends.iter().enumerate() {
+        let end = end.to_native() as usize;
+        ensure(
+            start <= end && names.is_char_boundary(end),
+            || format!("object {i}"),
+            || format!("its name is at bytes {start} to {end} of {}", names.len()),
+        )?;
+        start = end;
+    }
+    same_count("object names", names.len(), start)
+}
+
+fn cameras(scene: &ArchivedScene) -> Result {
+    for (i, camera) in scene.cameras.iter().enumerate() {
+        let at = || format!("camera {i}");
+        let [fov_y, half_height, near, far] = [
+            camera.fov_y_rad,
+            camera.half_height,
+            camera.near,
+            camera.far,
+        ]
+        .map(|v| v.to_native());
+        let position = camera.position.map(|v| v.to_native());
+        ensure(position.iter().all(|v| v.is_finite()), at, || {
+            format!("position {position:?}")
+        })?;
+        let orientation = camera.orientation.map(|v| v.to_native());
+        let length_squared: f64 = orientation.iter().map(|v| v * v).sum();
+        // Wide enough for a quaternion that was normalized in f32.
+        ensure((length_squared - 1.0).abs() < 1e-5, at, || {
+            format!("orientation {orientation:?}")
+        })?;
+        ensure((0.0..std::f32::consts::PI).contains(&fov_y), at, || {
+            format!("field of view {fov_y}")
+        })?;
+        ensure(half_height.is_finite() && half_height >= 0.0, at, || {
+            format!("half height {half_height}")
+        })?;
+        let one_projection = (fov_y > 0.0) != (half_height > 0.0);
+        ensure(one_projection, at, || {
+            "neither perspective nor orthographic, or both".into()
+        })?;
+        ensure(near.is_finite() && far > near, at, || {
+            format!("near {near}, far {far}")
+        })?;
+    }
+    Ok(())
+}

@@ -1,0 +1,132 @@
+//! Writing a baked file: streamed, hashed on the way, and put in place only when it is complete.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use rkyv::rancor::BoxedError;
+use rkyv::ser::Serializer;
+use rkyv::ser::allocator::Arena;
+use rkyv::ser::sharing::Unshare;
+use rkyv::ser::writer::IoWriter;
+use rkyv::util::AlignedVec;
+use xxhash_rust::xxh3::Xxh3Default;
+
+use crate::error::WriteError;
+use crate::header::{HEADER_LEN, Header};
+use crate::types::Scene;
+
+/// What the temporary file's name begins with; it lies beside the target until it is complete.
+pub const TEMPORARY_PREFIX: &str = ".hroc-baking-";
+const BUFFER_LEN: usize = 1 << 20;
+
+/// Writes `scene` to `path` and returns the file's length in bytes.
+///
+/// The file appears whole or not at all: it is written beside `path`, flushed to the disk and renamed.
+/// A file already there is replaced; whoever has it mapped keeps the old one. The bytes depend on
+/// the scene alone.
+pub fn write(path: &Path, scene: &Scene) -> Result<u64, WriteError> {
+    if path.file_name().is_none() || path.is_dir() {
+        return Err(WriteError::NotAFile { path: path.into() });
+    }
+    let folder = match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(TEMPORARY_PREFIX).suffix(".tmp");
+    #[cfg(unix)]
+    {
+        // What a file gets by default; the system takes the umask off. (Temporary files are private.)
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut temporary = builder
+        .tempfile_in(folder)
+        .map_err(|source| WriteError::Create {
+            path: path.into(),
+            folder: folder.into(),
+            source,
+        })?;
+    let len = write_to(temporary.as_file_mut(), scene).map_err(|source| WriteError::Write {
+        path: path.into(),
+        source,
+    })?;
+    let replace_error = |source| WriteError::Replace {
+        path: path.into(),
+        source,
+    };
+    temporary
+        .persist(path)
+        .map_err(|error| replace_error(error.error))?;
+    // Makes the new name survive a power failure; only Unix can open a folder to do so.
+    #[cfg(unix)]
+    File::open(folder)
+        .and_then(|folder| folder.sync_all())
+        .map_err(replace_error)?;
+    Ok(len)
+}
+
+/// The bytes that [`write()`] puts into a file.
+pub fn to_bytes(scene: &Scene) -> io::Result<AlignedVec<16>> {
+    let mut bytes = AlignedVec::new();
+    bytes.extend_from_slice(&[0; HEADER_LEN]);
+    let header = write_payload(&mut bytes, scene)?;
+    bytes[..HEADER_LEN].copy_from_slice(&header.to_bytes());
+    Ok(bytes)
+}
+
+fn write_to(file: &mut File, scene: &Scene) -> io::Result<u64> {
+    file.write_all(&[0; HEADER_LEN])?;
+    let header = write_payload(&mut *file, scene)?;
+    // Last: until now the file has no magic, and nothing takes it for a baked one.
+    file.seek(SeekFrom::Start(0))?;
+    file.write_all(&header.to_bytes())?;
+    file.sync_all()?;
+    Ok(HEADER_LEN as u64 + header.payload_len)
+}
+
+fn write_payload(out: impl Write, scene: &Scene) -> io::Result<Header> {
+    let hashing = Hashing {
+        out,
+        hash: Xxh3Default::new(),
+        len: 0,
+    };
+    let mut arena = Arena::new();
+    let mut serializer = Serializer::new(
+        IoWriter::new(BufWriter::with_capacity(BUFFER_LEN, hashing)),
+        arena.acquire(),
+        Unshare,
+    );
+    rkyv::api::serialize_using::<_, BoxedError>(scene, &mut serializer)
+        .map_err(io::Error::other)?;
+    let hashing = serializer
+        .into_writer()
+        .into_inner()
+        .into_inner()
+        .map_err(io::IntoInnerError::into_error)?;
+    Ok(Header {
+        payload_len: hashing.len,
+        checksum: hashing.hash.digest(),
+    })
+}
+
+/// Passes bytes on and hashes them.
+struct Hashing<W> {
+    out: W,
+    hash: Xxh3Default,
+    len: u64,
+}
+
+impl<W: Write> Write for Hashing<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.out.write(bytes)?;
+        self.hash.update(&bytes[..written]);
+        self.len += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
