@@ -1,1 +1,34 @@
-//! hroc-runtime.
+//! Hierarchical raster occlusion culling on wgpu, for any host.
+//!
+//! The host keeps its device, queue, encoder, targets, pipelines and materials. It uploads a baked scene
+//! ([`Scene`]) and one of its trees ([`Tree`]), makes an [`Hroc`] per view, and each frame hands over an
+//! encoder, a [`Camera`] and [`Targets`]; the method calls the host's [`Drawer`] back with the lists to draw.
+//! `examples/embed.rs` is the smallest host.
+//!
+//! World coordinates are relative to the baked scene's origin; lengths are in the source's units.
+#![warn(missing_docs)]
+
+mod batch_occlusion_test;
+pub mod camera;
+pub mod device;
+mod draw;
+mod extract_groups;
+mod filter_occluders;
+pub mod frame_uniform;
+mod gpu;
+mod hroc;
+mod method;
+mod noc;
+mod pack;
+pub mod readback;
+mod scene;
+mod stage;
+
+pub use camera::{Camera, CameraError, DepthConvention, Projection};
+pub use draw::{Draw, DrawList, Drawer, Submission, Targets};
+pub use hroc::{Hroc, HrocOptions};
+pub use method::{CullingMethod, FrameContext, HostSync, Sets};
+pub use noc::Noc;
+pub use scene::{Scene, SceneShape, Tree, UploadError};
+pub use stage::{Stage, StageObserver};
+pub use frame_uniform::FrameUniform;

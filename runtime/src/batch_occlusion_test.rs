@@ -1,0 +1,128 @@
+//! `batch_occlusion_test`: rasterize the groups' bounds, cast a ray per fragment the map does not hide.
+
+use crate::camera::DepthConvention;
+use crate::draw::Targets;
+use crate::extract_groups::depth_constant;
+use crate::gpu::{self, Access};
+use crate::scene::Tree;
+
+/// Where the stage reads and writes.
+pub(crate) struct TestBuffers<'a> {
+    pub frame: &'a wgpu::Buffer,
+    pub tree: &'a Tree,
+    pub groups: &'a wgpu::Buffer,
+    pub potential_occluders: &'a wgpu::Buffer,
+    pub potentially_visible: &'a wgpu::Buffer,
+    pub work: &'a wgpu::Buffer,
+}
+
+/// Pipeline and bindings of one view.
+#[derive(Debug)]
+pub(crate) struct BatchOcclusionTest {
+    pipeline: wgpu::RenderPipeline,
+    group: wgpu::BindGroup,
+    map_layout: wgpu::BindGroupLayout,
+}
+
+impl BatchOcclusionTest {
+    pub fn new(device: &wgpu::Device, depth: DepthConvention, count_work: bool, buffers: &TestBuffers<'_>) -> Self {
+        use Access::{Read, ReadWrite, Uniform};
+        let module = gpu::shader(device, "batch_occlusion_test");
+        let layout = gpu::buffer_layout(
+            device,
+            "batch_occlusion_test",
+            wgpu::ShaderStages::VERTEX_FRAGMENT,
+            &[Uniform, Read, Read, Read, ReadWrite, ReadWrite],
+        );
+        let map_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("occlusion_map"),
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::FRAGMENT,
+                ty: wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Depth,
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: false,
+                },
+                count: None,
+            }],
+        });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("batch_occlusion_test"),
+            bind_group_layouts: &[Some(&layout), Some(&map_layout)],
+            immediate_size: 0,
+        });
+        let constants = [depth_constant(depth), ("COUNT_WORK", f64::from(u8::from(count_work)))];
+        let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("batch_occlusion_test"),
+            layout: Some(&pipeline_layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("box_vertex"),
+                compilation_options: compilation_options.clone(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState {
+                topology: wgpu::PrimitiveTopology::TriangleStrip,
+                front_face: wgpu::FrontFace::Ccw,
+                // No group contains the eye, so front faces cover each pixel of a box once.
+                cull_mode: Some(wgpu::Face::Back),
+                ..Default::default()
+            },
+            // Attached because a pass needs an attachment; the shader compares.
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: Targets::DEPTH_FORMAT,
+                depth_write_enabled: Some(false),
+                depth_compare: Some(wgpu::CompareFunction::Always),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("cast_ray"),
+                compilation_options,
+                targets: &[],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        let b = buffers;
+        let group = gpu::buffer_group(
+            device,
+            "batch_occlusion_test",
+            &layout,
+            &[b.frame, &b.tree.nodes, b.groups, b.potential_occluders, b.potentially_visible, b.work],
+        );
+        Self { pipeline, group, map_layout }
+    }
+
+    pub fn record(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        targets: &Targets<'_>,
+        group_draw: &wgpu::Buffer,
+    ) {
+        // The host may hand over other targets in every frame, so the group is made anew.
+        let map = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("occlusion_map"),
+            layout: &self.map_layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(targets.depth) }],
+        });
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("batch_occlusion_test"),
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: targets.depth,
+                depth_ops: None,
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.set_bind_group(1, &map, &[]);
+        pass.draw_indirect(group_draw, 0);
+    }
+}

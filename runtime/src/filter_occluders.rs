@@ -1,0 +1,67 @@
+//! `filter_occluders`: the set of objects in the item buffer.
+
+use crate::draw::Targets;
+use crate::gpu;
+
+/// The pipeline; one per device.
+#[derive(Clone, Debug)]
+pub(crate) struct FilterOccluders {
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+}
+
+impl FilterOccluders {
+    pub fn new(device: &wgpu::Device) -> Self {
+        let module = gpu::shader(device, "filter_occluders");
+        let texture = wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Uint,
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        };
+        let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        };
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("filter_occluders"),
+            entries: &[
+                texture,
+                buffer(1, wgpu::BufferBindingType::Storage { read_only: false }),
+                buffer(2, wgpu::BufferBindingType::Uniform),
+            ],
+        });
+        Self { pipeline: gpu::compute(device, &module, "filter_occluders", &[&layout], &[]), layout }
+    }
+
+    /// Makes `visible` (one bit per object) the set of ids in the item buffer that are below the object
+    /// count in `limits`.
+    pub fn record(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        targets: &Targets<'_>,
+        visible: &wgpu::Buffer,
+        limits: &wgpu::Buffer,
+    ) {
+        encoder.clear_buffer(visible, 0, None);
+        // The host may hand over other targets in every frame, so the group is made anew.
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("filter_occluders"),
+            layout: &self.layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(targets.item_buffer) },
+                wgpu::BindGroupEntry { binding: 1, resource: visible.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 2, resource: limits.as_entire_binding() },
+            ],
+        });
+        let mut pass = gpu::compute_pass(encoder, "filter_occluders");
+        gpu::dispatch(&mut pass, &self.pipeline, &group, targets.size.map(|n| n.div_ceil(8)));
+    }
+}

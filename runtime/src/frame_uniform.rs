@@ -1,0 +1,168 @@
+//! What the shaders of one frame know of the camera, and by how much bounds must grow.
+//!
+//! # Why padding, and how much
+//!
+//! Let an object be visible at pixel `p`: a triangle of it covers the pixel's centre with depth `d`. Its
+//! group and every tree node on the way to its leaf must then (a) be rasterized at `p`, (b) be met by the
+//! ray through `p`, (c) enter at or in front of `d`. The bounds `B` contain the object's vertices as the
+//! GPU computes them in world (the bake sees to that), so what remains is everything that moves a point
+//! between world and the depth buffer. Roundoff unit `u = 2^-23` (Vulkan lets an operation return either
+//! neighbour); `S` bounds `|x|_1 + |eye|_1` over the scene; `a` is the tangent of half the larger field of
+//! view (0 for an orthographic camera).
+//!
+//! 1. *Snapping.* The rasterizer moves vertices to a subpixel grid; a triangle's hull moves by at most
+//!    one grid step, and so does the rasterized box's. The API guarantees only 4 subpixel bits:
+//!    two steps of 1/16 px, plus the viewport transform's rounding, `8 u max(width, height)` px.
+//!    The fragment's depth is that of a point `X` of the triangle that projects within a step of `p`
+//!    (the rasterizer interpolates depth with the snapped triangle's barycentric coordinates), so
+//!    (b) and (c) hold for the same `X`: the ray passes within a step of `X` at the depth of `X`.
+//! 2. *Clip transform.* `clip = M x` in f32: each component errs by `4.5 u (sum |M_i||x_i| + |M_3|)`, four
+//!    products, three sums, the entries of `M` rounded. For x and w that is, in world units at the point's
+//!    depth, `4.5 u S (1 + a)`; the same for y; once for geometry and once for the box: `18 u S (1 + a)`.
+//!    The error of w also moves the point along the view: another `4.5 u S`.
+//! 3. *Eye and ray.* The eye rounded to f32: `u S / 2`. Padded corner and its distance to the eye: `2 u S`.
+//!    The direction through `p`, computed as `d + x dx + y dy`: relative to view depth
+//!    `3 u (1 + 3 (a_x + a_y))`.
+//! 4. *Slab.* Each parameter has a relative error of at most `6 u` (two differences, a division of 2.5 ulp,
+//!    a product); the interval is widened by `16 u` (`SLAB_WIDENING` in common/bounds.wgsl).
+//!
+//! Points 2 and 3 sum to `27 u S (1 + a)`; `padding_world` takes 40. Point 1 and the direction scale with
+//! view depth; a displacement in the image plane of lengths `x`, `y` is at most `x + y` long, and growing a
+//! box by `r` along every axis contains every ball of radius `r` about its points.
+//!
+//! # Depth tolerance
+//!
+//! The depth buffer holds `(z + e_z) / (w + e_w)`. Writing `w' = w + e_w`, this is the depth of the point
+//! moved to `w'` (point 2 covers the move) plus `(e_z - z_scale e_w) / w'`, hence `tolerance_over_w = 9 u
+//! (|z_scale| 2 S + |z_offset|)`; for an infinite reversed projection it is relative, a few ulps. The
+//! interpolation across a triangle and the buffer's format add ulps of the largest depth of the triangle
+//! (`tolerance = 2 u`) and of the value itself (`tolerance_relative = 8 u`).
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, DVec4};
+
+use crate::camera::{Camera, CameraError, DepthConvention};
+use crate::scene::SceneShape;
+
+/// The roundoff unit assumed of the GPU.
+const U: f64 = 1.0 / (1 << 23) as f64;
+/// The coarsest subpixel grid that Vulkan, Direct3D 12 and Metal allow, pixels.
+const SUBPIXEL_STEP_PX: f64 = 1.0 / 16.0;
+
+/// The uniform `Frame` of common/frame.wgsl; fields are documented there.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+#[allow(missing_docs)]
+pub struct FrameUniform {
+    pub clip_from_world: [[f32; 4]; 4],
+    pub planes: [[f32; 4]; 6],
+    pub forward: [f32; 4],
+    pub ray_origin: [f32; 3],
+    pub padding_world: f32,
+    pub ray_origin_dx: [f32; 3],
+    pub padding_per_depth: f32,
+    pub ray_origin_dy: [f32; 3],
+    pub near: f32,
+    pub ray_direction: [f32; 3],
+    pub object_count: u32,
+    pub ray_direction_dx: [f32; 3],
+    pub node_count: u32,
+    pub ray_direction_dy: [f32; 3],
+    pub depth_tolerance: f32,
+    pub depth_along_ray: [f32; 4],
+    pub depth_tolerance_over_w: f32,
+    pub depth_tolerance_relative: f32,
+    pub size: [u32; 2],
+}
+
+impl FrameUniform {
+    /// The uniform for `camera` over a scene of `shape`, into targets of `size` pixels.
+    ///
+    /// # Errors
+    /// If the camera or the size is degenerate.
+    pub fn new(
+        camera: &Camera,
+        depth: DepthConvention,
+        size: [u32; 2],
+        shape: &SceneShape,
+    ) -> Result<Self, CameraError> {
+        let view = camera.view(depth, size, shape.origin, shape.radius)?;
+        let [width, height] = size.map(f64::from);
+        let right = view.right * view.half_width;
+        let up = view.up * view.half_height;
+        // Across the image from the centre of its top left corner, per pixel.
+        let corner = up - right;
+        let dx = right * (2.0 / width);
+        let dy = up * (-2.0 / height);
+
+        let reach = shape.reach + view.eye.abs().element_sum();
+        let coverage_px = 2.0 * (SUBPIXEL_STEP_PX + 8.0 * U * width.max(height));
+        let coverage = coverage_px * (2.0 * view.half_width / width + 2.0 * view.half_height / height);
+        let (slope, padding_world, padding_per_depth) = if view.perspective {
+            let slope = view.half_width.max(view.half_height);
+            let direction = 3.0 * U * (1.0 + 3.0 * (view.half_width + view.half_height));
+            (slope, 0.0, coverage + direction)
+        } else {
+            (0.0, coverage + 12.0 * U * (view.half_width + view.half_height), 0.0)
+        };
+        let padding_world = padding_world + 40.0 * U * reach * (1.0 + slope);
+
+        let (origin, origin_dx, origin_dy, direction, direction_dx, direction_dy, along) = if view.perspective {
+            (view.eye, DVec3::ZERO, DVec3::ZERO, view.forward + corner, dx, dy, DVec4::new(view.z_offset, view.z_scale, 0.0, 1.0))
+        } else {
+            (view.eye + corner, dx, dy, view.forward, DVec3::ZERO, DVec3::ZERO, DVec4::new(view.z_offset, view.z_scale, 1.0, 0.0))
+        };
+        let z_reach = if view.perspective { reach } else { reach + view.near };
+        Ok(Self {
+            clip_from_world: view.clip_from_world().as_mat4().to_cols_array_2d(),
+            planes: planes(&view).map(|plane| plane.as_vec4().to_array()),
+            forward: view.forward.extend(-view.forward.dot(view.eye)).as_vec4().to_array(),
+            ray_origin: origin.as_vec3().to_array(),
+            padding_world: round_up(padding_world),
+            ray_origin_dx: origin_dx.as_vec3().to_array(),
+            padding_per_depth: round_up(padding_per_depth),
+            ray_origin_dy: origin_dy.as_vec3().to_array(),
+            // Visible geometry starts at the near plane; rounded toward the eye.
+            near: (view.near * (1.0 - 8.0 * U)) as f32,
+            ray_direction: direction.as_vec3().to_array(),
+            object_count: shape.object_count,
+            ray_direction_dx: direction_dx.as_vec3().to_array(),
+            node_count: shape.node_count(),
+            ray_direction_dy: direction_dy.as_vec3().to_array(),
+            depth_tolerance: (2.0 * U) as f32,
+            depth_along_ray: along.as_vec4().to_array(),
+            depth_tolerance_over_w: round_up(9.0 * U * (2.0 * view.z_scale.abs() * z_reach + view.z_offset.abs())),
+            depth_tolerance_relative: (8.0 * U) as f32,
+            size,
+        })
+    }
+}
+
+/// Inward unit planes in f64: left, right, bottom, top, near, far.
+fn planes(view: &crate::camera::View) -> [DVec4; 6] {
+    // Perspective: the side planes contain the eye and lean outward by the half angle.
+    let side = |axis: DVec3, half: f64| {
+        if view.perspective {
+            let normal = (view.forward * half + axis).normalize();
+            normal.extend(-normal.dot(view.eye))
+        } else {
+            axis.extend(half - axis.dot(view.eye))
+        }
+    };
+    let depth = view.forward.dot(view.eye);
+    let far = if view.far.is_finite() { (-view.forward).extend(view.far + depth) } else { DVec4::W };
+    [
+        side(view.right, view.half_width),
+        side(-view.right, view.half_width),
+        side(view.up, view.half_height),
+        side(-view.up, view.half_height),
+        view.forward.extend(-view.near - depth),
+        far,
+    ]
+}
+
+/// The smallest f32 at or above a non-negative finite `x`.
+fn round_up(x: f64) -> f32 {
+    let rounded = x as f32;
+    if f64::from(rounded) < x { rounded.next_up() } else { rounded }
+}

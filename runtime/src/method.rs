@@ -1,0 +1,95 @@
+//! What every culling method is to its host.
+
+use crate::camera::{Camera, CameraError, DepthConvention};
+use crate::draw::{Drawer, Targets};
+use crate::stage::{Stage, StageObserver};
+
+/// One frame of one view, as the host hands it to a method.
+pub struct FrameContext<'a> {
+    /// The host's device.
+    pub device: &'a wgpu::Device,
+    /// The host's queue; methods only write uniforms through it, which take effect at the next submit.
+    pub queue: &'a wgpu::Queue,
+    /// The host's encoder. Do not record two frames of the same view into one submit.
+    pub encoder: &'a mut wgpu::CommandEncoder,
+    /// Where the frame is seen from.
+    pub camera: &'a Camera,
+    /// Depth target and item buffer.
+    pub targets: Targets<'a>,
+    /// Told about stages; `None` where nobody measures.
+    pub observer: Option<&'a mut dyn StageObserver>,
+}
+
+impl FrameContext<'_> {
+    /// Records `stage` through `record`, inside a debug group of its name and between the observer's calls.
+    pub fn stage(&mut self, stage: Stage, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
+        if let Some(observer) = self.observer.as_deref_mut() {
+            observer.begin(stage, self.encoder);
+        }
+        self.encoder.push_debug_group(stage.name());
+        record(self.encoder);
+        self.encoder.pop_debug_group();
+        if let Some(observer) = self.observer.as_deref_mut() {
+            observer.end(stage, self.encoder);
+        }
+    }
+}
+
+/// Whether a method needs its host to wait for the GPU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HostSync {
+    /// Never reads back.
+    Never,
+    /// Reads results of an earlier frame without waiting for this one.
+    NextFrame,
+    /// Submits and waits within the frame.
+    MidFrame,
+}
+
+/// The sets of a frame, in GPU buffers: one bit per object, 32 to a word. Valid after the frame was
+/// submitted, until the next one is. `None`: the method has no such set.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sets<'a> {
+    /// V: drawn first, as they were visible in the last frame.
+    pub potential_occluders: Option<&'a wgpu::Buffer>,
+    /// O: members of V that show in the occlusion map.
+    pub effective_occluders: Option<&'a wgpu::Buffer>,
+    /// U: objects that the test could not rule out; disjoint from V.
+    pub potentially_visible: Option<&'a wgpu::Buffer>,
+    /// What the item buffer holds at the end of the frame; V of the next.
+    pub visible: Option<&'a wgpu::Buffer>,
+    /// The indirect arguments of the groups' boxes; the second u32 is the number of groups |G|.
+    pub group_draw: Option<&'a wgpu::Buffer>,
+    /// The groups' node indices.
+    pub groups: Option<&'a wgpu::Buffer>,
+    /// `WorkCounters` of batch_occlusion_test.wgsl: rays, ray-box tests, fragments. Only of an
+    /// instrumented method.
+    pub work: Option<&'a wgpu::Buffer>,
+}
+
+/// A culling method with the history of one view. Make one per view.
+pub trait CullingMethod {
+    /// Name on the command line and in reports.
+    fn name(&self) -> &'static str;
+
+    /// Whether `encode` waits for the GPU.
+    fn host_sync(&self) -> HostSync;
+
+    /// Records a frame: the method's own passes into the context's encoder, the geometry through `drawer`.
+    ///
+    /// # Errors
+    /// If the camera or the target size is degenerate; nothing was recorded then.
+    fn encode(&mut self, frame: &mut FrameContext<'_>, drawer: &mut dyn Drawer) -> Result<(), CameraError>;
+
+    /// The sets of the last frame.
+    fn sets(&self) -> Sets<'_>;
+
+    /// The depth convention the method was made for.
+    fn depth(&self) -> DepthConvention;
+
+    /// Forgets the view's history, as after a camera cut. Never needed for a right image.
+    fn reset(&mut self, encoder: &mut wgpu::CommandEncoder);
+
+    /// GPU memory of the method beyond scene and tree, bytes.
+    fn memory_bytes(&self) -> u64;
+}

@@ -1,0 +1,209 @@
+//! A baked scene on the GPU. The arrays go from the mapped file into buffers byte for byte.
+
+use std::mem::size_of;
+
+use bytemuck::{NoUninit, cast_slice};
+use glam::DVec3;
+use hroc_format::{ArchivedScene, BvhNode, Mesh, Object};
+
+/// A scene that does not fit the device, or has no such tree.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum UploadError {
+    /// A buffer is larger than the device allows.
+    #[error("{what} of {bytes} bytes exceed this device's limit of {limit} bytes; request the adapter's own limits, or split the scene")]
+    TooLarge {
+        /// Which array.
+        what: &'static str,
+        /// Its size.
+        bytes: u64,
+        /// The limit it breaks.
+        limit: u64,
+    },
+    /// No tree of this name was baked.
+    #[error("no '{wanted}' tree in this scene (it has: {baked}); bake it with --split {wanted}")]
+    NoTree {
+        /// The split rule asked for.
+        wanted: String,
+        /// The split rules in the file.
+        baked: String,
+    },
+}
+
+/// The numbers of a scene that a camera needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneShape {
+    /// World's zero in the source's coordinates.
+    pub origin: DVec3,
+    /// Largest Euclidean distance of a point of the scene's bounds from world's zero.
+    pub radius: f64,
+    /// Largest sum of absolute coordinates of such a point.
+    pub reach: f64,
+    /// Number of objects.
+    pub object_count: u32,
+}
+
+impl SceneShape {
+    /// The shape of a baked scene.
+    pub fn of(baked: &ArchivedScene) -> Self {
+        let corner = |i: usize| {
+            let [lo, hi] = [baked.bounds.min[i].to_native(), baked.bounds.max[i].to_native()];
+            f64::from(lo.abs().max(hi.abs()))
+        };
+        let far = DVec3::new(corner(0), corner(1), corner(2));
+        Self {
+            origin: DVec3::from_array(baked.origin.map(|x| x.to_native())),
+            radius: far.length(),
+            reach: far.element_sum(),
+            object_count: baked.objects.len() as u32,
+        }
+    }
+
+    /// Nodes of a tree over the objects: 2N-1, or 0.
+    pub const fn node_count(&self) -> u32 {
+        (2 * self.object_count).saturating_sub(1)
+    }
+
+    /// 32-bit words of a set of objects.
+    pub const fn object_words(&self) -> u32 {
+        self.object_count.div_ceil(32)
+    }
+}
+
+/// Geometry and objects of a baked scene in GPU buffers. Cheap to clone: clones share the buffers.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Size and place.
+    pub shape: SceneShape,
+    /// Vertex buffer: three f32 per vertex, object space. See [`Scene::POSITIONS`].
+    pub positions: wgpu::Buffer,
+    /// Vertex buffer: octahedral normals, see [`Scene::NORMALS`]; `None` where the bake has none.
+    pub normals: Option<wgpu::Buffer>,
+    /// Index buffer, u32.
+    pub indices: wgpu::Buffer,
+    /// Storage: `array<Object>` of common/types.wgsl.
+    pub objects: wgpu::Buffer,
+    /// Storage: `array<Mesh>`.
+    pub meshes: wgpu::Buffer,
+}
+
+impl Scene {
+    /// Layout of [`Scene::positions`] at shader location 0.
+    pub const POSITIONS: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: 12,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &wgpu::vertex_attr_array![0 => Float32x3],
+    };
+    /// Layout of [`Scene::normals`] at shader location 1.
+    pub const NORMALS: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: 4,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &wgpu::vertex_attr_array![1 => Snorm16x2],
+    };
+
+    /// Copies a baked scene into buffers of `device`.
+    ///
+    /// # Errors
+    /// If an array breaks a limit of the device.
+    pub fn upload(device: &wgpu::Device, baked: &ArchivedScene) -> Result<Self, UploadError> {
+        use wgpu::BufferUsages as Usage;
+        let normals = cast_slice::<_, u8>(baked.normals.as_slice());
+        Ok(Self {
+            shape: SceneShape::of(baked),
+            positions: upload(device, "vertex positions", cast_slice(baked.positions.as_slice()), Usage::VERTEX)?,
+            normals: (!normals.is_empty()).then(|| upload(device, "vertex normals", normals, Usage::VERTEX)).transpose()?,
+            indices: upload(device, "indices", cast_slice(baked.indices.as_slice()), Usage::INDEX)?,
+            objects: upload(device, "objects", cast_slice(baked.objects.as_slice()), Usage::STORAGE)?,
+            meshes: upload(device, "meshes", cast_slice(baked.meshes.as_slice()), Usage::STORAGE)?,
+        })
+    }
+
+    /// Binds positions to vertex slot 0, normals to slot 1 where there are any, and the indices.
+    pub fn bind_geometry(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_vertex_buffer(0, self.positions.slice(..));
+        if let Some(normals) = &self.normals {
+            pass.set_vertex_buffer(1, normals.slice(..));
+        }
+        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+    }
+
+    /// GPU memory of the geometry (positions, normals, indices) and of objects and meshes, bytes.
+    pub fn memory_bytes(&self) -> [u64; 2] {
+        let normals = self.normals.as_ref().map_or(0, wgpu::Buffer::size);
+        [self.positions.size() + normals + self.indices.size(), self.objects.size() + self.meshes.size()]
+    }
+}
+
+/// One object-level BVH of a baked scene in GPU buffers. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    /// Name of the split rule that built it.
+    pub split: String,
+    /// Storage: `array<BvhNode>` of common/types.wgsl.
+    pub nodes: wgpu::Buffer,
+    /// Storage: parent of each node.
+    pub parents: wgpu::Buffer,
+    /// Storage: leaf of each object.
+    pub leaf_of_object: wgpu::Buffer,
+}
+
+impl Tree {
+    /// Copies the tree of split rule `split` into buffers of `device`. A scene without objects gives an
+    /// empty tree.
+    ///
+    /// # Errors
+    /// If the file has no such tree or an array breaks a limit of the device.
+    pub fn upload(device: &wgpu::Device, baked: &ArchivedScene, split: &str) -> Result<Self, UploadError> {
+        let usage = wgpu::BufferUsages::STORAGE;
+        let Some(bvh) = baked.bvhs.iter().find(|bvh| bvh.split == split) else {
+            if baked.objects.is_empty() {
+                let empty = |what| upload(device, what, &[], usage);
+                return Ok(Self { split: split.to_owned(), nodes: empty("nodes")?, parents: empty("parents")?, leaf_of_object: empty("leaves")? });
+            }
+            let baked = baked.bvhs.iter().map(|bvh| bvh.split.as_str()).collect::<Vec<_>>().join(", ");
+            return Err(UploadError::NoTree { wanted: split.to_owned(), baked });
+        };
+        Ok(Self {
+            split: split.to_owned(),
+            nodes: upload(device, "BVH nodes", cast_slice(bvh.nodes.as_slice()), usage)?,
+            parents: upload(device, "BVH parents", cast_slice(bvh.parents.as_slice()), usage)?,
+            leaf_of_object: upload(device, "BVH leaves", cast_slice(bvh.leaf_of_object.as_slice()), usage)?,
+        })
+    }
+
+    /// GPU memory, bytes.
+    pub fn memory_bytes(&self) -> u64 {
+        self.nodes.size() + self.parents.size() + self.leaf_of_object.size()
+    }
+}
+
+const _: () = assert!(size_of::<Object>() == 64 && size_of::<Mesh>() == 48 && size_of::<BvhNode>() == 32);
+
+/// A buffer with `bytes` in it; at least 64 bytes, since empty buffers cannot be bound.
+fn upload(device: &wgpu::Device, what: &'static str, bytes: &[u8], usage: wgpu::BufferUsages) -> Result<wgpu::Buffer, UploadError> {
+    let size = (bytes.len() as u64).next_multiple_of(4).max(64);
+    let limits = device.limits();
+    let limit = if usage.contains(wgpu::BufferUsages::STORAGE) {
+        limits.max_buffer_size.min(limits.max_storage_buffer_binding_size)
+    } else {
+        limits.max_buffer_size
+    };
+    if size > limit {
+        return Err(UploadError::TooLarge { what, bytes: size, limit });
+    }
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(what),
+        size,
+        usage: usage | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: true,
+    });
+    let mut mapped = buffer.slice(..).get_mapped_range_mut().expect("mapped at creation");
+    mapped.slice(..bytes.len()).copy_from_slice(bytes);
+    drop(mapped);
+    buffer.unmap();
+    Ok(buffer)
+}
+
+/// Plain values as an uploadable byte slice.
+pub(crate) fn bytes_of<T: NoUninit>(value: &T) -> &[u8] {
+    bytemuck::bytes_of(value)
+}
