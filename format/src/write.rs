@@ -130,3 +130,43 @@ impl<W: Write> Write for Hashing<W> {
         self.out.flush()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disk with room for so many bytes.
+    struct Disk(usize);
+
+    impl Write for Disk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let written = bytes.len().min(self.0);
+            self.0 -= written;
+            if written == 0 && !bytes.is_empty() {
+                Err(io::ErrorKind::StorageFull.into())
+            } else {
+                Ok(written)
+            }
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_full_disk_is_an_error_wherever_it_strikes() {
+        let scene = Scene {
+            indices: vec![7; BUFFER_LEN],
+            ..Scene::default()
+        };
+        let len = to_bytes(&scene).unwrap().len() - HEADER_LEN;
+        // Within the array, at the buffer's edge, in the root that is still in the buffer at the end.
+        for room in [0, 1, BUFFER_LEN, 3 * BUFFER_LEN + 1, len - 1] {
+            let error = write_payload(Disk(room), &scene).unwrap_err();
+            assert!(error.to_string().contains("no storage space"), "{error}");
+        }
+        let header = write_payload(Disk(len), &scene).unwrap();
+        assert_eq!(header.payload_len, len as u64);
+    }
+}
