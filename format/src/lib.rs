@@ -48,3 +48,8 @@ pub mod object_flags {
     /// All bits that have a meaning.
     pub const ALL: u32 = MASKED | BLENDED | DOUBLE_SIDED;
 }
+
+/// Keeps the example in the README compiling.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
