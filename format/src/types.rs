@@ -38,7 +38,8 @@ schema! {
 }
 
 schema! {
-    /// A run of vertices and of triangle indices, shared by the objects that draw it. 48 bytes.
+    /// A run of vertices and of triangle indices, shared by the objects that draw it. Meshes cover both
+    /// arrays in order, without gaps or overlap. 48 bytes.
     #[derive(Copy)]
     pod struct Mesh {
         /// Smallest corner of the vertices, object space.
