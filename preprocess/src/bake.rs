@@ -1,1 +1,530 @@
-//! From a source scene to the baked scene.
+//! From a source scene to the baked scene: meshes optimized, vertices and objects packed, world
+//! bounds, one tree per split rule. The same source and options give the same bytes on any number of
+//! threads: threads work on separate meshes, objects and subtrees, and results are put together in
+//! order.
+
+use crate::bvh;
+use crate::normals;
+use crate::optimize::{self, MeshError};
+use crate::progress::Progress;
+use crate::scene::{AlphaMode, SourceCamera, SourceMesh, SourceObject, SourceScene};
+use crate::split::{RULES, SplitRule};
+use crate::world_bounds::{Points, flush_denormals, round_to_f32};
+use glam::{DAffine3, DVec3};
+use hroc_format::{
+    Bounds, BvhStats, Camera, Mesh, Object, ObjectSource, Scene, SourceFile, object_flags,
+};
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// What to bake.
+pub struct BakeOptions {
+    /// One tree is built per rule, in this order.
+    pub splits: Vec<&'static dyn SplitRule>,
+    /// Merge vertices and reorder triangles.
+    pub optimize: bool,
+    /// Keep normals where the source has them.
+    pub normals: bool,
+    /// Keep texture coordinates where the source has them.
+    pub uvs: bool,
+}
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        Self {
+            splits: RULES.to_vec(),
+            optimize: true,
+            normals: true,
+            uvs: false,
+        }
+    }
+}
+
+impl BakeOptions {
+    /// The options as stored in the file: only what decides its bytes.
+    fn settings(&self) -> String {
+        let splits: Vec<_> = self.splits.iter().map(|rule| rule.name()).collect();
+        let Self {
+            optimize,
+            normals,
+            uvs,
+            ..
+        } = self;
+        serde_json::json!({ "splits": splits, "optimize": optimize, "normals": normals, "uvs": uvs }).to_string()
+    }
+}
+
+/// Why a scene was not baked.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum BakeError {
+    /// A mesh breaks what importers promise.
+    #[error("mesh {mesh}: {source}; check the importer that made it")]
+    Mesh {
+        /// Index into [`SourceScene::meshes`].
+        mesh: usize,
+        /// What is wrong.
+        source: MeshError,
+    },
+    /// An object refers to a mesh or file that is not there.
+    #[error("object {0}: its mesh or file does not exist; check the importer that made it")]
+    Dangling(usize),
+    /// An object leaves the range of f32.
+    #[error(
+        "object {object} {name:?}: its coordinates are too large for f32; scale the scene down"
+    )]
+    TooFar {
+        /// Its id.
+        object: usize,
+        /// Its name.
+        name: String,
+    },
+    /// The scene does not fit the 32-bit numbers of the format.
+    #[error("the scene has more than 2^32 - 1 {0}; split it into several files")]
+    TooLarge(&'static str),
+    /// No tree could be built.
+    #[error("tree {split}: {source}")]
+    Tree {
+        /// The rule.
+        split: &'static str,
+        /// Why.
+        source: bvh::BuildError,
+    },
+}
+
+/// What a bake did.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct BakeReport {
+    /// Number of objects.
+    pub objects: usize,
+    /// Triangles drawn, instances counted each.
+    pub triangles: u64,
+    /// Meshes stored.
+    pub meshes: usize,
+    /// Vertices stored.
+    pub vertices: usize,
+    /// Vertices of the source's meshes.
+    pub source_vertices: usize,
+    /// Triangles stored.
+    pub stored_triangles: usize,
+    /// The trees.
+    pub trees: Vec<TreeReport>,
+    /// Wall time of each stage, in order.
+    pub stages: Vec<Stage>,
+    /// What was left out or changed, for the user to read.
+    pub warnings: Vec<String>,
+}
+
+/// Statistics of a tree; the fields of [`BvhStats`].
+#[derive(Clone, Debug, serde::Serialize)]
+#[allow(missing_docs)]
+pub struct TreeReport {
+    pub split: String,
+    pub nodes: usize,
+    pub depth: u32,
+    pub mean_leaf_depth: f64,
+    pub sah_cost: f64,
+    pub overlap: f64,
+}
+
+impl TreeReport {
+    /// From the stored statistics.
+    pub fn new(split: &str, nodes: usize, stats: &BvhStats) -> Self {
+        let BvhStats {
+            depth,
+            mean_leaf_depth,
+            sah_cost,
+            overlap,
+            ..
+        } = *stats;
+        Self {
+            split: split.to_owned(),
+            nodes,
+            depth,
+            mean_leaf_depth,
+            sah_cost,
+            overlap,
+        }
+    }
+}
+
+/// Wall time of a stage.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Stage {
+    /// Its name.
+    pub name: &'static str,
+    /// In seconds.
+    pub seconds: f64,
+}
+
+impl BakeReport {
+    /// Runs a stage and notes how long it took.
+    fn timed<T>(&mut self, name: &'static str, stage: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = stage();
+        self.stages.push(Stage {
+            name,
+            seconds: start.elapsed().as_secs_f64(),
+        });
+        result
+    }
+}
+
+/// Bakes a scene on the current rayon pool.
+///
+/// # Errors
+/// If the source breaks its promises, leaves the range of f32 or exceeds the format's 32-bit counts.
+pub fn bake(
+    source: SourceScene,
+    options: &BakeOptions,
+    progress: &dyn Progress,
+) -> Result<(Scene, BakeReport), BakeError> {
+    let mut report = BakeReport {
+        objects: source.objects.len(),
+        source_vertices: source.meshes.iter().map(|mesh| mesh.positions.len()).sum(),
+        warnings: source.warnings,
+        ..Default::default()
+    };
+    let dangling = |object: &SourceObject| {
+        object.mesh >= source.meshes.len() || object.file >= source.files.len()
+    };
+    if let Some(object) = source.objects.iter().position(dangling) {
+        return Err(BakeError::Dangling(object));
+    }
+
+    progress.stage("optimize", source.meshes.len() as u64);
+    let keep = Keep::of(&source.meshes, options);
+    let meshes = report.timed("optimize", || {
+        prepare(source.meshes, options, keep, progress)
+    })?;
+    report.meshes = meshes.len();
+    report.vertices = meshes.iter().map(|mesh| mesh.positions.len()).sum();
+    report.stored_triangles = meshes.iter().map(|mesh| mesh.indices.len() / 3).sum();
+    report.triangles = source
+        .objects
+        .iter()
+        .map(|object| meshes[object.mesh].indices.len() as u64 / 3)
+        .sum();
+
+    let packed = report.timed("pack", || Packed::new(&meshes, keep))?;
+    progress.stage("bounds", source.objects.len() as u64);
+    let origin = origin(&source.objects, &packed.meshes);
+    let placed = report.timed("bounds", || {
+        place(&source.objects, &meshes, origin, progress)
+    });
+    let (objects, object_bounds) = placed?;
+    drop(meshes);
+
+    progress.stage("trees", options.splits.len() as u64);
+    let bvhs = report.timed("trees", || trees(&object_bounds, &options.splits, progress))?;
+    report.trees = bvhs
+        .iter()
+        .map(|bvh| TreeReport::new(&bvh.split, bvh.nodes.len(), &bvh.stats))
+        .collect();
+
+    let (names, name_ends) = names(&source.objects)?;
+    let scene = Scene {
+        name: source.name,
+        generator: concat!("hroc-bake ", env!("CARGO_PKG_VERSION")).into(),
+        settings: options.settings(),
+        source_files: source
+            .files
+            .into_iter()
+            .map(|file| SourceFile {
+                name: file.name,
+                hash: file.hash,
+            })
+            .collect(),
+        origin: origin.into(),
+        bounds: object_bounds
+            .iter()
+            .copied()
+            .reduce(union)
+            .unwrap_or(Bounds {
+                min: [0.0; 3],
+                max: [0.0; 3],
+            }),
+        object_sources: source.objects.iter().map(object_source).collect(),
+        objects,
+        object_bounds,
+        name_ends,
+        names,
+        meshes: packed.meshes,
+        positions: packed.positions,
+        indices: packed.indices,
+        normals: packed.normals,
+        uvs: packed.uvs,
+        bvhs,
+        cameras: source
+            .cameras
+            .iter()
+            .map(|source| camera(source, origin))
+            .collect(),
+    };
+    Ok((scene, report))
+}
+
+/// Which attributes the file will have: those that are wanted and that any mesh has.
+#[derive(Clone, Copy)]
+struct Keep {
+    normals: bool,
+    uvs: bool,
+}
+
+impl Keep {
+    fn of(meshes: &[SourceMesh], options: &BakeOptions) -> Self {
+        Self {
+            normals: options.normals && meshes.iter().any(|mesh| !mesh.normals.is_empty()),
+            uvs: options.uvs && meshes.iter().any(|mesh| !mesh.uvs.is_empty()),
+        }
+    }
+}
+
+/// Checks and optimizes the meshes and gives all of them the same attributes.
+fn prepare(
+    meshes: Vec<SourceMesh>,
+    options: &BakeOptions,
+    keep: Keep,
+    progress: &dyn Progress,
+) -> Result<Vec<SourceMesh>, BakeError> {
+    let prepare = |(index, mut mesh): (usize, SourceMesh)| {
+        let fault = |source| BakeError::Mesh {
+            mesh: index,
+            source,
+        };
+        optimize::check(&mesh).map_err(fault)?;
+        mesh.positions
+            .iter_mut()
+            .flatten()
+            .for_each(|x| *x = flush_denormals(*x));
+        if !keep.normals {
+            mesh.normals = Vec::new();
+        } else if mesh.normals.is_empty() {
+            mesh.normals = normals::compute(&mesh);
+        }
+        if !keep.uvs {
+            mesh.uvs = Vec::new();
+        } else if mesh.uvs.is_empty() {
+            mesh.uvs = vec![[0.0; 2]; mesh.positions.len()];
+        }
+        if options.optimize {
+            mesh = optimize::optimize(&mesh).map_err(fault)?;
+        }
+        progress.advance(1);
+        Ok(mesh)
+    };
+    meshes.into_par_iter().enumerate().map(prepare).collect()
+}
+
+/// All meshes in the arrays of the file.
+struct Packed {
+    meshes: Vec<Mesh>,
+    positions: Vec<[f32; 3]>,
+    indices: Vec<u32>,
+    normals: Vec<[i16; 2]>,
+    uvs: Vec<[f32; 2]>,
+}
+
+impl Packed {
+    fn new(sources: &[SourceMesh], keep: Keep) -> Result<Self, BakeError> {
+        let vertex_count = sources.iter().map(|mesh| mesh.positions.len()).sum();
+        let index_count = sources.iter().map(|mesh| mesh.indices.len()).sum();
+        for (count, what) in [
+            (vertex_count, "vertices"),
+            (index_count, "indices"),
+            (sources.len(), "meshes"),
+        ] {
+            if count > u32::MAX as usize {
+                return Err(BakeError::TooLarge(what));
+            }
+        }
+        let mut packed = Self {
+            meshes: Vec::with_capacity(sources.len()),
+            positions: Vec::with_capacity(vertex_count),
+            indices: Vec::with_capacity(index_count),
+            normals: Vec::with_capacity(if keep.normals { vertex_count } else { 0 }),
+            uvs: Vec::with_capacity(if keep.uvs { vertex_count } else { 0 }),
+        };
+        for source in sources {
+            let fold = |start: f32, pick: fn(f32, f32) -> f32| {
+                let pick =
+                    |a: [f32; 3], b: &[f32; 3]| std::array::from_fn(|axis| pick(a[axis], b[axis]));
+                source.positions.iter().fold([start; 3], pick)
+            };
+            packed.meshes.push(Mesh {
+                min: fold(f32::INFINITY, f32::min),
+                first_index: packed.indices.len() as u32,
+                max: fold(f32::NEG_INFINITY, f32::max),
+                index_count: source.indices.len() as u32,
+                first_vertex: packed.positions.len() as u32,
+                vertex_count: source.positions.len() as u32,
+                reserved: [0; 2],
+            });
+            packed.positions.extend(&source.positions);
+            packed.indices.extend(&source.indices);
+            packed.normals.extend(
+                source
+                    .normals
+                    .iter()
+                    .copied()
+                    .map(normals::encode_octahedral),
+            );
+            packed.uvs.extend(&source.uvs);
+        }
+        Ok(packed)
+    }
+}
+
+/// World's zero: the centre of the scene, on a grid of 1/256 to 1/512 of its size, so that
+/// translations on a grid stay exact.
+fn origin(objects: &[SourceObject], meshes: &[Mesh]) -> DVec3 {
+    let (min, max) = objects
+        .par_iter()
+        .map(|object| {
+            let mesh = &meshes[object.mesh];
+            let (min, max) = (mesh.min.map(f64::from), mesh.max.map(f64::from));
+            box_under(&object.world_from_object, min.into(), max.into())
+        })
+        .reduce(
+            || (DVec3::INFINITY, DVec3::NEG_INFINITY),
+            |a, b| (a.0.min(b.0), a.1.max(b.1)),
+        );
+    let centre = min + (max - min) * 0.5;
+    if !centre.is_finite() {
+        return DVec3::ZERO;
+    }
+    let size = (max - min).max_element();
+    let step = (size.log2().floor() - 8.0).exp2();
+    let snapped = (centre / step).round() * step;
+    if snapped.is_finite() { snapped } else { centre }
+}
+
+/// Bounds of a box under an affine map, to f64 rounding.
+fn box_under(map: &DAffine3, min: DVec3, max: DVec3) -> (DVec3, DVec3) {
+    let centre = map.transform_point3(min + (max - min) * 0.5);
+    let half = (max - min) * 0.5;
+    let axes = map.matrix3;
+    let reach =
+        axes.x_axis.abs() * half.x + axes.y_axis.abs() * half.y + axes.z_axis.abs() * half.z;
+    (centre - reach, centre + reach)
+}
+
+/// The stored objects and their world bounds.
+fn place(
+    sources: &[SourceObject],
+    meshes: &[SourceMesh],
+    origin: DVec3,
+    progress: &dyn Progress,
+) -> Result<(Vec<Object>, Vec<Bounds>), BakeError> {
+    let points: Vec<Points> = meshes
+        .par_iter()
+        .map(|mesh| Points::new(&mesh.positions))
+        .collect();
+    let place = |(id, source): (usize, &SourceObject)| {
+        let world_from_object = round_to_f32(&source.world_from_object, origin);
+        let bounds = points[source.mesh].world_bounds(&world_from_object);
+        let bounds = bounds.ok_or_else(|| BakeError::TooFar {
+            object: id,
+            name: source.name.clone(),
+        })?;
+        let object = Object {
+            world_from_object,
+            mesh: source.mesh as u32,
+            base_color: pack_color(source),
+            flags: flags(source),
+            reserved: 0,
+        };
+        progress.advance(1);
+        Ok((object, bounds))
+    };
+    sources
+        .par_iter()
+        .enumerate()
+        .map(place)
+        .collect::<Result<(Vec<_>, Vec<_>), _>>()
+}
+
+fn pack_color(source: &SourceObject) -> u32 {
+    let [r, g, b, a] = source.base_color;
+    let alpha = if source.alpha == AlphaMode::Opaque {
+        1.0
+    } else {
+        a
+    };
+    u32::from_le_bytes(
+        [r, g, b, alpha].map(|channel| (channel.clamp(0.0, 1.0) * 255.0).round() as u8),
+    )
+}
+
+fn flags(source: &SourceObject) -> u32 {
+    let alpha = match source.alpha {
+        AlphaMode::Opaque => 0,
+        AlphaMode::Masked => object_flags::MASKED,
+        AlphaMode::Blended => object_flags::BLENDED,
+    };
+    alpha
+        | if source.double_sided {
+            object_flags::DOUBLE_SIDED
+        } else {
+            0
+        }
+}
+
+fn object_source(source: &SourceObject) -> ObjectSource {
+    ObjectSource {
+        file: source.file as u32,
+        node: source.node as u32,
+        primitive: source.primitive as u32,
+    }
+}
+
+/// One tree per rule, all at once; none for an empty scene.
+fn trees(
+    bounds: &[Bounds],
+    splits: &[&'static dyn SplitRule],
+    progress: &dyn Progress,
+) -> Result<Vec<hroc_format::Bvh>, BakeError> {
+    if bounds.is_empty() {
+        return Ok(Vec::new());
+    }
+    let build = |rule: &&'static dyn SplitRule| {
+        let tree = bvh::build(bounds, *rule).map_err(|source| BakeError::Tree {
+            split: rule.name(),
+            source,
+        });
+        progress.advance(1);
+        tree
+    };
+    splits.par_iter().map(build).collect()
+}
+
+/// All names in a row and where each ends.
+fn names(objects: &[SourceObject]) -> Result<(Vec<u8>, Vec<u32>), BakeError> {
+    let mut names = Vec::new();
+    let mut ends = Vec::with_capacity(objects.len());
+    for object in objects {
+        names.extend_from_slice(object.name.as_bytes());
+        ends.push(
+            u32::try_from(names.len()).map_err(|_| BakeError::TooLarge("bytes of object names"))?,
+        );
+    }
+    Ok((names, ends))
+}
+
+fn camera(source: &SourceCamera, origin: DVec3) -> Camera {
+    Camera {
+        name: source.name.clone(),
+        position: (source.position - origin).into(),
+        orientation: source.orientation.into(),
+        fov_y_rad: source.fov_y_rad,
+        half_height: source.half_height,
+        near: source.near,
+        far: source.far,
+    }
+}
+
+fn union(a: Bounds, b: Bounds) -> Bounds {
+    Bounds {
+        min: std::array::from_fn(|axis| a.min[axis].min(b.min[axis])),
+        max: std::array::from_fn(|axis| a.max[axis].max(b.max[axis])),
+    }
+}

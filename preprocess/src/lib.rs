@@ -5,7 +5,12 @@
 
 pub mod bake;
 pub mod bvh;
+pub mod cli;
 pub mod generate;
 pub mod import;
+pub mod normals;
+pub mod optimize;
+pub mod progress;
 pub mod scene;
 pub mod split;
+pub mod world_bounds;

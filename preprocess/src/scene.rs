@@ -96,3 +96,17 @@ pub struct SourceCamera {
     /// Far plane distance; infinite where the source gives none.
     pub far: f32,
 }
+
+impl SourceCamera {
+    /// Whether it can show anything: a finite place, one of the two lenses, planes in order.
+    pub fn is_usable(&self) -> bool {
+        let perspective = self.fov_y_rad > 0.0 && self.fov_y_rad < std::f32::consts::PI;
+        let orthographic = self.half_height > 0.0 && self.half_height.is_finite();
+        let least_near = if perspective { f32::MIN_POSITIVE } else { 0.0 };
+        self.position.is_finite()
+            && self.orientation.is_finite()
+            && perspective != orthographic
+            && self.near >= least_near
+            && self.far > self.near
+    }
+}

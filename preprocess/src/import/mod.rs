@@ -1,1 +1,183 @@
-//! The importers.
+//! Reads scene files into a [`SourceScene`].
+//!
+//! An importer is one row of [`IMPORTERS`]: it says whether the first bytes (or, for text without a
+//! magic number, the file name) are its format, and appends what it reads. Content decides before the
+//! name does, so a mislabelled file is read for what it is or refused for what it is.
+//!
+//! An *object* is a mesh primitive under one transform; objects that draw the same primitive share
+//! its mesh. Ids are dense and in source order, file by file. Points and lines are skipped and counted
+//! in a warning. A scene without triangles is empty, with a warning, and no error.
+
+mod error;
+mod folder;
+mod gltf;
+mod mtl;
+mod obj;
+
+pub use error::{ImportError, ImportErrorKind};
+
+use crate::progress::Progress;
+use crate::scene::{SourceFile, SourceScene};
+use error::Result;
+use std::path::{Path, PathBuf};
+
+/// More objects than this are refused: instancing lets a small file ask for any number of them.
+pub const MAX_OBJECTS: usize = 1 << 24;
+
+/// What to read beside positions and indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImportOptions {
+    /// Vertex normals.
+    pub normals: bool,
+    /// The first set of texture coordinates.
+    pub uvs: bool,
+}
+
+impl Default for ImportOptions {
+    fn default() -> Self {
+        Self {
+            normals: true,
+            uvs: false,
+        }
+    }
+}
+
+/// A file being imported, and where its content goes.
+pub(crate) struct Import<'a> {
+    /// The file's path, for the files beside it.
+    path: &'a Path,
+    /// Its content.
+    bytes: &'a [u8],
+    /// Its index in [`SourceScene::files`].
+    file: usize,
+    options: ImportOptions,
+    scene: &'a mut SourceScene,
+    hash: xxhash_rust::xxh3::Xxh3,
+}
+
+impl Import<'_> {
+    /// Adds a warning, with the file's name in front.
+    fn warn(&mut self, what: impl std::fmt::Display) {
+        let name = &self.scene.files[self.file].name;
+        self.scene.warnings.push(format!("{name}: {what}"));
+    }
+}
+
+/// One file format.
+struct Importer {
+    /// Whether the file is of this format.
+    accepts: fn(&Path, &[u8]) -> bool,
+    import: fn(&mut Import<'_>) -> Result<()>,
+}
+
+/// All formats, in the order they are asked.
+const IMPORTERS: &[Importer] = &[
+    Importer {
+        accepts: gltf::is_glb,
+        import: gltf::import_glb,
+    },
+    Importer {
+        accepts: gltf::is_gltf,
+        import: gltf::import_gltf,
+    },
+    Importer {
+        accepts: obj::is_obj,
+        import: obj::import,
+    },
+];
+
+/// Reads the files at `paths`, in order, into one scene.
+///
+/// # Errors
+/// Any fault of any file; the error names the file, the place and the next step.
+pub fn import(
+    paths: &[PathBuf],
+    options: ImportOptions,
+    progress: &dyn Progress,
+) -> Result<SourceScene, ImportError> {
+    let mut scene = SourceScene::default();
+    if let Some(stem) = paths.first().and_then(|path| path.file_stem()) {
+        scene.name = stem.to_string_lossy().into_owned();
+    }
+    progress.stage("import", paths.len() as u64);
+    for path in paths {
+        import_file(path, options, &mut scene).map_err(|error| error.in_file(path))?;
+        progress.advance(1);
+    }
+    if scene.objects.is_empty() {
+        scene.warnings.push("the scene has no triangles".into());
+    }
+    Ok(scene)
+}
+
+fn import_file(path: &Path, options: ImportOptions, scene: &mut SourceScene) -> Result<()> {
+    let bytes = read(path)?;
+    let importer = IMPORTERS
+        .iter()
+        .find(|importer| (importer.accepts)(path, &bytes))
+        .ok_or_else(|| unknown_format(path, &bytes))?;
+    let name = path
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    scene.files.push(SourceFile { name, hash: 0 });
+    let file = scene.files.len() - 1;
+    let mut hash = xxhash_rust::xxh3::Xxh3::new();
+    hash.update(&bytes);
+    let mut import = Import {
+        path,
+        bytes: &bytes,
+        file,
+        options,
+        scene,
+        hash,
+    };
+    (importer.import)(&mut import)?;
+    let hash = import.hash.digest();
+    scene.files[file].hash = hash;
+    Ok(())
+}
+
+fn read(path: &Path) -> Result<Vec<u8>> {
+    let unreadable = |what: String| ImportError::new(ImportErrorKind::Unreadable, what);
+    if path.is_dir() {
+        return Err(unreadable("is a folder".into()).next("give the scene file inside it"));
+    }
+    folder::read_regular(path).map_err(|error| unreadable(format!("cannot be read: {error}")))
+}
+
+/// Says what a file that no importer accepts looks like.
+fn unknown_format(path: &Path, bytes: &[u8]) -> ImportError {
+    let unknown = |what: &str| ImportError::new(ImportErrorKind::UnknownFormat, what);
+    if bytes.is_empty() {
+        return unknown("is empty").next("export the scene again");
+    }
+    if bytes.starts_with(&hroc_format::MAGIC) {
+        return unknown("is a baked scene already")
+            .next("look at it with `hroc-bake inspect`, or give the scene it was baked from");
+    }
+    const KNOWN: &[(&[u8], &str)] = &[
+        (b"\x89PNG", "is a PNG image"),
+        (b"\xFF\xD8\xFF", "is a JPEG image"),
+        (b"PK\x03\x04", "is a ZIP archive"),
+        (b"\x1F\x8B", "is gzip-compressed"),
+        (b"Kaydara FBX", "is an FBX scene"),
+        (b"BLENDER", "is a Blender scene"),
+        (b"ply", "is a PLY mesh"),
+        (b"<", "is XML or HTML"),
+    ];
+    if let Some((_, what)) = KNOWN.iter().find(|(magic, _)| bytes.starts_with(magic)) {
+        return unknown(what);
+    }
+    match path.extension() {
+        Some(extension)
+            if gltf::EXTENSIONS
+                .iter()
+                .any(|known| extension.eq_ignore_ascii_case(known)) =>
+        {
+            unknown("is neither binary glTF nor a JSON object").next("export the scene again")
+        }
+        _ => unknown("is in no known scene format"),
+    }
+}

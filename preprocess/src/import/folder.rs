@@ -1,0 +1,138 @@
+//! Reads the files that a scene refers to: from the scene's own folder and below, from nowhere else.
+
+use super::error::{ImportError, ImportErrorKind, Result};
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+/// The folder a scene file lies in.
+pub(crate) struct Folder {
+    path: PathBuf,
+}
+
+impl Folder {
+    pub(crate) fn of(file: &Path) -> Self {
+        let path = match file.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
+            _ => PathBuf::from("."),
+        };
+        Self { path }
+    }
+
+    /// Reads the file at `relative`, which may contain folders but may not leave this one: not by an
+    /// absolute path, not by `..`, not through a symbolic link.
+    pub(crate) fn read(&self, relative: &str) -> Result<Vec<u8>> {
+        let refused = |why: &str| {
+            ImportError::malformed(format!("{relative:?} {why}"))
+                .next("put the file beside the scene and refer to it by its name")
+        };
+        let path = Path::new(relative);
+        if relative.is_empty() || relative.contains('\0') {
+            return Err(refused("is not a file name"));
+        }
+        if relative.contains("://") {
+            return Err(refused("is a network address"));
+        }
+        if !path
+            .components()
+            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+        {
+            return Err(refused("leads out of the scene's folder"));
+        }
+        let unreadable = |error: std::io::Error| {
+            ImportError::new(
+                ImportErrorKind::Unreadable,
+                format!("cannot read {relative:?}: {error}"),
+            )
+            .next("put the file beside the scene")
+        };
+        let folder = self.path.canonicalize().map_err(unreadable)?;
+        let target = folder.join(path).canonicalize().map_err(unreadable)?;
+        if !target.starts_with(&folder) {
+            return Err(refused("is a link that leads out of the scene's folder"));
+        }
+        read_regular(&target).map_err(unreadable)
+    }
+}
+
+/// Reads a regular file; a pipe or a device could deliver bytes without end.
+pub(crate) fn read_regular(path: &Path) -> std::io::Result<Vec<u8>> {
+    if !fs::metadata(path)?.is_file() {
+        return Err(std::io::Error::other("not a regular file"));
+    }
+    fs::read(path)
+}
+
+/// Undoes percent-encoding. A `%` that starts no escape stands for itself.
+pub(crate) fn percent_decode(text: &str) -> Vec<u8> {
+    let hex = |byte: u8| (byte as char).to_digit(16).map(|digit| digit as u8);
+    let bytes = text.as_bytes();
+    let mut decoded = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while let Some(&byte) = bytes.get(at) {
+        let digits = (
+            bytes.get(at + 1).copied().and_then(hex),
+            bytes.get(at + 2).copied().and_then(hex),
+        );
+        match (byte, digits) {
+            (b'%', (Some(high), Some(low))) => {
+                decoded.push(high << 4 | low);
+                at += 3;
+            }
+            _ => {
+                decoded.push(byte);
+                at += 1;
+            }
+        }
+    }
+    decoded
+}
+
+/// Decodes base64 of either alphabet, padded or not; white space is skipped.
+pub(crate) fn base64_decode(text: &[u8]) -> Option<Vec<u8>> {
+    let mut decoded = Vec::with_capacity(text.len() / 4 * 3 + 3);
+    let (mut bits, mut bit_count) = (0u32, 0);
+    let mut symbols = text.iter().filter(|byte| !byte.is_ascii_whitespace());
+    for &symbol in symbols.by_ref() {
+        let value = match symbol {
+            b'A'..=b'Z' => symbol - b'A',
+            b'a'..=b'z' => symbol - b'a' + 26,
+            b'0'..=b'9' => symbol - b'0' + 52,
+            b'+' | b'-' => 62,
+            b'/' | b'_' => 63,
+            b'=' => break,
+            _ => return None,
+        };
+        bits = bits << 6 | u32::from(value);
+        bit_count += 6;
+        if bit_count >= 8 {
+            bit_count -= 8;
+            decoded.push((bits >> bit_count) as u8);
+        }
+    }
+    // After the first '=' only padding may follow; a lone symbol cannot hold a byte.
+    (symbols.all(|&symbol| symbol == b'=') && bit_count < 6).then_some(decoded)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_reads_padded_and_unpadded_text() {
+        assert_eq!(base64_decode(b"").unwrap(), b"");
+        assert_eq!(base64_decode(b"aGk=").unwrap(), b"hi");
+        assert_eq!(base64_decode(b"aGk").unwrap(), b"hi");
+        assert_eq!(base64_decode(b"aGly").unwrap(), b"hir");
+        assert_eq!(base64_decode(b"_-\n8=").unwrap(), [0xFF, 0xEF]);
+        assert!(base64_decode(b"aGk=a").is_none());
+        assert!(base64_decode(b"a").is_none());
+        assert!(base64_decode(b"a*==").is_none());
+    }
+
+    #[test]
+    fn percent_escapes_are_undone_and_stray_signs_kept() {
+        assert_eq!(percent_decode("a%20b%2Fc"), b"a b/c");
+        assert_eq!(percent_decode("100%"), b"100%");
+        assert_eq!(percent_decode("%zz%4"), b"%zz%4");
+    }
+}

@@ -1,0 +1,141 @@
+//! Buffers and buffer views (section 3.6): bytes from the GLB, from a data URI, from a file beside
+//! the scene, or decompressed. Each is loaded when first asked for, so what only images or animations
+//! use may be missing.
+
+use super::schema::{Root, get};
+use super::{ImportError, Result, meshopt};
+use crate::import::folder::{Folder, base64_decode, percent_decode};
+use std::borrow::Cow;
+use std::cell::OnceCell;
+use std::ops::Range;
+use xxhash_rust::xxh3::Xxh3;
+
+pub(super) struct Buffers<'a> {
+    root: &'a Root,
+    bin: Option<&'a [u8]>,
+    folder: Folder,
+    loaded: Vec<OnceCell<Cow<'a, [u8]>>>,
+    decompressed: Vec<OnceCell<Vec<u8>>>,
+}
+
+impl<'a> Buffers<'a> {
+    pub(super) fn new(root: &'a Root, bin: Option<&'a [u8]>, folder: Folder) -> Self {
+        let loaded = root.buffers.iter().map(|_| OnceCell::new()).collect();
+        let decompressed = root.buffer_views.iter().map(|_| OnceCell::new()).collect();
+        Self {
+            root,
+            bin,
+            folder,
+            loaded,
+            decompressed,
+        }
+    }
+
+    /// The bytes of a buffer view and their stride, where it declares one.
+    pub(super) fn view(&self, index: usize) -> Result<(&[u8], Option<usize>)> {
+        self.find_view(index)
+            .map_err(|error| error.within(format_args!("buffer view {index}")))
+    }
+
+    fn find_view(&self, index: usize) -> Result<(&[u8], Option<usize>)> {
+        let view = get(&self.root.buffer_views, index, "buffer view")?;
+        let Some(compressed) = view.extensions.meshopt() else {
+            let bytes = self.slice(view.buffer, view.byte_offset, view.byte_length)?;
+            return Ok((bytes, view.byte_stride.map(clamp)));
+        };
+        let bytes = get_or_try_init(&self.decompressed[index], || {
+            let slice = self.slice(
+                compressed.buffer,
+                compressed.byte_offset,
+                compressed.byte_length,
+            )?;
+            meshopt::decompress(compressed, slice)
+                .map_err(|error| error.within("meshopt compression"))
+        })?;
+        Ok((bytes, Some(clamp(compressed.byte_stride))))
+    }
+
+    fn slice(&self, buffer: usize, offset: u64, length: u64) -> Result<&[u8]> {
+        let place = || format!("buffer {buffer}");
+        let declared = get(&self.root.buffers, buffer, "buffer")?.byte_length;
+        let bytes = get_or_try_init(&self.loaded[buffer], || self.load(buffer))
+            .map_err(|error| error.within(place()))?;
+        range(offset, length, clamp(declared).min(bytes.len()))
+            .map(|range| &bytes[range])
+            .ok_or_else(|| {
+                ImportError::malformed(format!(
+                    "bytes {offset}..{} lie outside its {} bytes",
+                    offset.saturating_add(length),
+                    bytes.len()
+                ))
+                .within(place())
+            })
+    }
+
+    fn load(&self, index: usize) -> Result<Cow<'a, [u8]>> {
+        let buffer = &self.root.buffers[index];
+        let bytes = match (&buffer.uri, self.bin) {
+            (None, Some(bin)) if index == 0 => Cow::Borrowed(bin),
+            (None, _) => return Err(ImportError::malformed("has no data")),
+            (Some(uri), _) => Cow::Owned(self.resolve(uri)?),
+        };
+        if (bytes.len() as u64) < buffer.byte_length {
+            let declared = buffer.byte_length;
+            return Err(ImportError::malformed(format!(
+                "declares {declared} bytes, has {}",
+                bytes.len()
+            )));
+        }
+        Ok(bytes)
+    }
+
+    fn resolve(&self, uri: &str) -> Result<Vec<u8>> {
+        let Some(data) = uri
+            .get(..5)
+            .filter(|scheme| scheme.eq_ignore_ascii_case("data:"))
+        else {
+            let path = String::from_utf8(percent_decode(uri))
+                .map_err(|_| ImportError::malformed(format!("the URI {uri:?} is not UTF-8")))?;
+            return self.folder.read(&path);
+        };
+        let (kind, text) = uri[data.len()..]
+            .split_once(',')
+            .ok_or_else(|| ImportError::malformed("the data URI has no comma"))?;
+        if kind.to_ascii_lowercase().ends_with(";base64") {
+            base64_decode(text.as_bytes())
+                .ok_or_else(|| ImportError::malformed("the data URI is not base64"))
+        } else {
+            Ok(percent_decode(text))
+        }
+    }
+
+    /// Hashes the loaded buffers that are not part of the scene file, in the file's order.
+    pub(super) fn hash_into(&self, hash: &mut Xxh3) {
+        for bytes in self.loaded.iter().filter_map(OnceCell::get) {
+            if let Cow::Owned(bytes) = bytes {
+                hash.update(bytes);
+            }
+        }
+    }
+}
+
+/// `offset..offset + length`, if it lies within `available`.
+pub(super) fn range(offset: u64, length: u64, available: usize) -> Option<Range<usize>> {
+    let end = offset
+        .checked_add(length)
+        .filter(|&end| end <= available as u64)?;
+    Some(offset as usize..end as usize)
+}
+
+/// A size of the file as `usize`; one too large for that is too large for any check that follows.
+fn clamp(size: u64) -> usize {
+    usize::try_from(size).unwrap_or(usize::MAX)
+}
+
+/// `OnceCell::get_or_try_init`, which is not stable yet.
+fn get_or_try_init<T>(cell: &OnceCell<T>, init: impl FnOnce() -> Result<T>) -> Result<&T> {
+    match cell.get() {
+        Some(value) => Ok(value),
+        None => init().map(|value| cell.get_or_init(|| value)),
+    }
+}

@@ -1,0 +1,250 @@
+//! glTF 2.0, text and binary: geometry, transforms, base colours and cameras. Images are never read.
+//!
+//! Own reading of the JSON ([`schema`]) and of accessors ([`accessor`]), since the `gltf` crate keeps
+//! transforms in f32, panics on data that passes its validation and refuses every required extension
+//! it does not know. Section numbers are those of the glTF 2.0 specification.
+
+mod accessor;
+mod buffers;
+mod container;
+mod extensions;
+mod material;
+mod meshopt;
+mod nodes;
+mod primitive;
+mod schema;
+mod skin;
+
+use super::error::{ImportError, ImportErrorKind, Result};
+use super::folder::Folder;
+use super::{Import, MAX_OBJECTS};
+use crate::scene::{SourceCamera, SourceObject};
+use accessor::Accessors;
+use buffers::Buffers;
+use container::Glb;
+use glam::DAffine3;
+use primitive::{Primitives, Skipped};
+use schema::{Node, Root};
+use std::path::Path;
+
+/// File name extensions of glTF.
+pub(super) const EXTENSIONS: [&str; 2] = ["glb", "gltf"];
+
+pub(super) fn is_glb(_: &Path, bytes: &[u8]) -> bool {
+    bytes.starts_with(container::MAGIC)
+}
+
+/// A JSON object is taken for glTF whatever its name.
+pub(super) fn is_gltf(_: &Path, bytes: &[u8]) -> bool {
+    without_bom(bytes).trim_ascii_start().starts_with(b"{")
+}
+
+pub(super) fn import_glb(import: &mut Import<'_>) -> Result<()> {
+    let glb = Glb::parse(import.bytes)?;
+    import_document(import, glb.json, glb.bin)
+}
+
+pub(super) fn import_gltf(import: &mut Import<'_>) -> Result<()> {
+    import_document(import, without_bom(import.bytes), None)
+}
+
+/// The standard forbids a byte-order mark; reading past one harms nobody.
+fn without_bom(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
+}
+
+fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> Result<()> {
+    let root: Root = serde_json::from_slice(json)
+        .map_err(|error| ImportError::malformed(format!("the JSON is not glTF 2.0: {error}")))?;
+    extensions::check_version(&root)?;
+    for name in extensions::check_required(&root)? {
+        import.warn(format_args!(
+            "{name} is required by the file, but does not touch geometry; ignored"
+        ));
+    }
+    let buffers = Buffers::new(&root, bin, Folder::of(import.path));
+    let accessors = Accessors::new(&root, &buffers);
+    let mut drawing = Drawing {
+        root: &root,
+        primitives: Primitives::new(accessors, import.options),
+        skipped: Skipped::default(),
+        unskinned: 0,
+    };
+    let placed = nodes::place(&root)?;
+    if root.scenes.is_empty() && !root.nodes.is_empty() {
+        import.warn("the file has no scene; all its root nodes are taken");
+    }
+    for &(node, world_from_node) in &placed.drawn {
+        drawing
+            .node(import, &placed, node, world_from_node)
+            .map_err(|error| error.within(named("node", node, &root.nodes[node].name)))?;
+    }
+    drawing.warn(import);
+    buffers.hash_into(&mut import.hash);
+    Ok(())
+}
+
+/// `node 3 "door"`, for error messages.
+fn named(what: &str, index: usize, name: &Option<String>) -> String {
+    match name {
+        Some(name) if !name.is_empty() => format!("{what} {index} {name:?}"),
+        _ => format!("{what} {index}"),
+    }
+}
+
+/// Turns nodes into objects and cameras.
+struct Drawing<'a> {
+    root: &'a Root,
+    primitives: Primitives<'a>,
+    skipped: Skipped,
+    /// Skinned nodes drawn without their skin.
+    unskinned: usize,
+}
+
+impl Drawing<'_> {
+    fn node(
+        &mut self,
+        import: &mut Import<'_>,
+        placed: &nodes::Placed,
+        index: usize,
+        world_from_node: DAffine3,
+    ) -> Result<()> {
+        let node = &self.root.nodes[index];
+        if let Some(camera) = node.camera {
+            self.camera(import, node, camera, world_from_node)?;
+        }
+        let Some(mesh_index) = node.mesh else {
+            return Ok(());
+        };
+        let mesh = schema::get(&self.root.meshes, mesh_index, "mesh")?;
+        let place = || named("mesh", mesh_index, &mesh.name);
+
+        let skin = self.skin(placed, node)?;
+        let instances = match (&node.extensions.gpu_instancing, &skin) {
+            (Some(instancing), None) => Some(
+                nodes::instances(self.primitives.accessors(), instancing)
+                    .map_err(|error| error.within("EXT_mesh_gpu_instancing"))?,
+            ),
+            _ => None,
+        };
+        let weights = node.weights.as_ref().or(mesh.weights.as_ref());
+
+        // Read every primitive once, before the instances multiply it.
+        let mut parts = Vec::new();
+        for (primitive_index, primitive) in mesh.primitives.iter().enumerate() {
+            let place = || format!("{}, primitive {primitive_index}", place());
+            let deform = primitive::Deform {
+                weights,
+                skin: skin.as_ref().map(|joints| (index, joints)),
+            };
+            let mesh = self
+                .primitives
+                .read(
+                    primitive,
+                    deform,
+                    &mut import.scene.meshes,
+                    &mut self.skipped,
+                )
+                .map_err(|error| error.within(place()))?;
+            let Some(mesh) = mesh else { continue };
+            let look = material::look(self.root, primitive.material)
+                .map_err(|error| error.within(place()))?;
+            parts.push((primitive_index, mesh, look));
+        }
+
+        let name = [&node.name, &mesh.name]
+            .into_iter()
+            .flatten()
+            .find(|name| !name.is_empty());
+        let name = name.map(String::as_str).unwrap_or_default();
+        let file = import.file;
+        let objects = &mut import.scene.objects;
+        let count = parts
+            .len()
+            .saturating_mul(instances.as_ref().map_or(1, Vec::len));
+        if objects.len().saturating_add(count) > MAX_OBJECTS {
+            let what = format!("the scene has more than {MAX_OBJECTS} objects");
+            return Err(ImportError::new(ImportErrorKind::TooLarge, what));
+        }
+        let mut draw = |world_from_object: DAffine3, name: &str| {
+            objects.extend(parts.iter().map(|&(primitive, mesh, look)| SourceObject {
+                mesh,
+                world_from_object,
+                base_color: look.base_color,
+                alpha: look.alpha,
+                double_sided: look.double_sided,
+                name: name.to_owned(),
+                file,
+                node: index,
+                primitive,
+            }));
+        };
+        match (instances, skin) {
+            (_, Some(_)) => draw(DAffine3::IDENTITY, name),
+            (None, None) => draw(world_from_node, name),
+            (Some(instances), None) => {
+                for (number, node_from_instance) in instances.into_iter().enumerate() {
+                    draw(
+                        world_from_node * node_from_instance,
+                        &format!("{name}[{number}]"),
+                    );
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The joint matrices of a skinned node; `None` for others and where the skin cannot be applied.
+    fn skin(&mut self, placed: &nodes::Placed, node: &Node) -> Result<Option<skin::Joints>> {
+        let Some(index) = node.skin else {
+            return Ok(None);
+        };
+        let skin = schema::get(&self.root.skins, index, "skin")?;
+        let joints = skin::joints(self.primitives.accessors(), skin, placed)
+            .map_err(|error| error.within(named("skin", index, &skin.name)))?;
+        self.unskinned += usize::from(joints.is_none());
+        Ok(joints)
+    }
+
+    fn camera(
+        &self,
+        import: &mut Import<'_>,
+        node: &Node,
+        index: usize,
+        world_from_node: DAffine3,
+    ) -> Result<()> {
+        let camera = schema::get(&self.root.cameras, index, "camera")?;
+        let name = [&node.name, &camera.name]
+            .into_iter()
+            .flatten()
+            .find(|name| !name.is_empty());
+        let source = SourceCamera {
+            name: name.cloned().unwrap_or_default(),
+            position: world_from_node.translation,
+            orientation: nodes::rotation(&world_from_node),
+            fov_y_rad: camera.perspective.as_ref().map_or(0.0, |lens| lens.yfov),
+            half_height: camera.orthographic.as_ref().map_or(0.0, |lens| lens.ymag),
+            near: camera.near(),
+            far: camera.far(),
+        };
+        if source.is_usable() {
+            import.scene.cameras.push(source);
+        } else {
+            import.warn(format_args!("camera {index} has no usable lens; left out"));
+        }
+        Ok(())
+    }
+
+    fn warn(&self, import: &mut Import<'_>) {
+        self.skipped
+            .warnings()
+            .into_iter()
+            .for_each(|warning| import.warn(warning));
+        if self.unskinned > 0 {
+            import.warn(format_args!(
+                "{} skinned nodes have joints outside the scene; drawn under their own transform",
+                self.unskinned
+            ));
+        }
+    }
+}

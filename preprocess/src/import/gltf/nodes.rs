@@ -1,0 +1,156 @@
+//! The node hierarchy (section 3.5): world transforms in f64, depth first, without recursion.
+
+use super::accessor::Accessors;
+use super::schema::{GpuInstancing, Node, Root, get};
+use super::{ImportError, ImportErrorKind, MAX_OBJECTS, Result};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+
+/// The nodes of the drawn scene.
+pub(super) struct Placed {
+    /// Node and its transform, depth first, in document order.
+    pub(super) drawn: Vec<(usize, DAffine3)>,
+    /// Where each node of the file lies; `None` for those outside the scene.
+    pub(super) world_from_node: Vec<Option<DAffine3>>,
+}
+
+/// Places the nodes of the default scene, else of the first one, else all roots.
+pub(super) fn place(root: &Root) -> Result<Placed> {
+    let nodes = &root.nodes;
+    let roots = match (root.scene, root.scenes.first()) {
+        (Some(index), _) => get(&root.scenes, index, "scene")?.nodes.clone(),
+        (None, Some(scene)) => scene.nodes.clone(),
+        (None, None) => {
+            let mut is_root = vec![true; nodes.len()];
+            let children = nodes.iter().flat_map(|node| &node.children);
+            children.for_each(|&child| {
+                if let Some(is_root) = is_root.get_mut(child) {
+                    *is_root = false
+                }
+            });
+            (0..nodes.len()).filter(|&node| is_root[node]).collect()
+        }
+    };
+    let mut placed = Placed {
+        drawn: Vec::new(),
+        world_from_node: vec![None; nodes.len()],
+    };
+    let mut waiting: Vec<(usize, DAffine3)> = roots
+        .iter()
+        .rev()
+        .map(|&node| (node, DAffine3::IDENTITY))
+        .collect();
+    // Every node expands at most once, so the loop ends whatever the file says about its children.
+    while let Some((index, world_from_parent)) = waiting.pop() {
+        let node = get(nodes, index, "node")?;
+        let fault = |what: &str| ImportError::malformed(what).within(format_args!("node {index}"));
+        if placed.world_from_node[index].is_some() {
+            return Err(fault(
+                "is reached twice: it has several parents, or is its own ancestor",
+            ));
+        }
+        let world_from_node =
+            world_from_parent * local(node).ok_or_else(|| fault("its matrix is not affine"))?;
+        if !world_from_node.is_finite() {
+            return Err(fault("its transform is not finite"));
+        }
+        placed.world_from_node[index] = Some(world_from_node);
+        placed.drawn.push((index, world_from_node));
+        waiting.extend(
+            node.children
+                .iter()
+                .rev()
+                .map(|&child| (child, world_from_node)),
+        );
+    }
+    Ok(placed)
+}
+
+/// The node's transform within its parent; `None` for a projective matrix.
+fn local(node: &Node) -> Option<DAffine3> {
+    if let Some(matrix) = &node.matrix {
+        let matrix = DMat4::from_cols_array(matrix);
+        let affine = matrix.row(3).abs_diff_eq(glam::DVec4::W, 1e-6);
+        return affine.then(|| DAffine3::from_mat4(matrix));
+    }
+    Some(compose(
+        node.translation.unwrap_or([0.0; 3]),
+        node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]),
+        node.scale.unwrap_or([1.0; 3]),
+    ))
+}
+
+/// Translation, rotation and scale. Quaternions are stored rounded, so they are made unit again; a
+/// zero one rotates nothing.
+fn compose(translation: [f64; 3], rotation: [f64; 4], scale: [f64; 3]) -> DAffine3 {
+    let rotation = DQuat::from_array(rotation);
+    let rotation = if rotation.length_squared() > 0.0 {
+        rotation.normalize()
+    } else {
+        DQuat::IDENTITY
+    };
+    DAffine3 {
+        matrix3: DMat3::from_quat(rotation) * DMat3::from_diagonal(scale.into()),
+        translation: translation.into(),
+    }
+}
+
+/// The rotation in `transform`, scale and shear taken out by making its axes orthonormal from -z on.
+pub(super) fn rotation(transform: &DAffine3) -> DQuat {
+    let z = transform.matrix3.z_axis.normalize_or(DVec3::Z);
+    let x = transform
+        .matrix3
+        .y_axis
+        .cross(z)
+        .normalize_or(z.any_orthonormal_vector());
+    DQuat::from_mat3(&DMat3::from_cols(x, z.cross(x), z)).normalize()
+}
+
+/// The transforms of `EXT_mesh_gpu_instancing`, each within its node.
+pub(super) fn instances(
+    accessors: &Accessors<'_>,
+    instancing: &GpuInstancing,
+) -> Result<Vec<DAffine3>> {
+    let open = |name: &str, shape: &str| {
+        let accessor = instancing.attributes.get(name);
+        accessor
+            .map(|&accessor| accessors.open(accessor, shape))
+            .transpose()
+    };
+    let translation = open("TRANSLATION", "VEC3")?;
+    let rotation = open("ROTATION", "VEC4")?;
+    let scale = open("SCALE", "VEC3")?;
+    let mut counts = [&translation, &rotation, &scale]
+        .into_iter()
+        .flatten()
+        .map(|elements| elements.count());
+    let Some(count) = counts.next() else {
+        return Err(ImportError::malformed(
+            "has none of TRANSLATION, ROTATION and SCALE",
+        ));
+    };
+    if let Some(other) = counts.find(|&other| other != count) {
+        return Err(ImportError::malformed(format!(
+            "its attributes have {count} and {other} elements"
+        )));
+    }
+    if count > MAX_OBJECTS {
+        let what = format!("{count} instances are more than the {MAX_OBJECTS} objects of a scene");
+        return Err(ImportError::new(ImportErrorKind::TooLarge, what));
+    }
+    let instance = |index: usize| {
+        let transform = compose(
+            translation
+                .as_ref()
+                .map_or([0.0; 3], |elements| elements.floats(index).map(f64::from)),
+            rotation.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |elements| {
+                elements.floats(index).map(f64::from)
+            }),
+            scale
+                .as_ref()
+                .map_or([1.0; 3], |elements| elements.floats(index).map(f64::from)),
+        );
+        let finite = transform.is_finite().then_some(transform);
+        finite.ok_or_else(|| ImportError::malformed(format!("instance {index} is not finite")))
+    };
+    (0..count).map(instance).collect()
+}

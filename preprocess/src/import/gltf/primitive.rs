@@ -1,0 +1,389 @@
+//! Mesh primitives (section 3.7.2): any triangle mode, indexed or not, becomes a triangle list over
+//! the vertices it uses.
+
+use super::accessor::{Accessors, Elements};
+use super::schema::{Attributes, Primitive};
+use super::skin::{Joints, Weights};
+use super::{ImportError, ImportErrorKind, Result};
+use crate::import::ImportOptions;
+use crate::scene::SourceMesh;
+use glam::Vec3;
+use std::collections::HashMap;
+
+/// What moves vertices of a primitive beside its node's transform.
+#[derive(Clone, Copy)]
+pub(super) struct Deform<'a> {
+    /// Default weights of the morph targets.
+    pub(super) weights: Option<&'a Vec<f64>>,
+    /// The node and its joints.
+    pub(super) skin: Option<(usize, &'a Joints)>,
+}
+
+/// Counts of what was left out or read in part.
+#[derive(Default)]
+pub(super) struct Skipped {
+    points: usize,
+    lines: usize,
+    empty: usize,
+    without_positions: usize,
+    cut_short: usize,
+    morphed: usize,
+    skinned: usize,
+}
+
+impl Skipped {
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let counts = [
+            (self.points, "primitives of points skipped"),
+            (self.lines, "primitives of lines skipped"),
+            (self.empty, "primitives without a triangle skipped"),
+            (
+                self.without_positions,
+                "primitives without POSITION skipped",
+            ),
+            (
+                self.cut_short,
+                "primitives end within a triangle; the rest is left out",
+            ),
+            (
+                self.morphed,
+                "primitives have morph targets; taken with their default weights",
+            ),
+            (
+                self.skinned,
+                "primitives are skinned; taken in the pose of the file's nodes",
+            ),
+        ];
+        counts
+            .iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, what)| format!("{count} {what}"))
+            .collect()
+    }
+}
+
+/// What decides a mesh: primitives that agree in it share one, wherever the file lists them.
+#[derive(PartialEq, Eq, Hash)]
+struct Key {
+    position: usize,
+    normal: Option<usize>,
+    uv: Option<usize>,
+    indices: Option<usize>,
+    mode: u32,
+    /// Weight bits, POSITION and NORMAL of each morph target in use.
+    targets: Vec<(u64, Option<usize>, Option<usize>)>,
+    /// The node, for a skinned primitive.
+    node: Option<usize>,
+}
+
+/// Reads primitives, each once.
+pub(super) struct Primitives<'a> {
+    accessors: Accessors<'a>,
+    options: ImportOptions,
+    read: HashMap<Key, usize>,
+}
+
+impl<'a> Primitives<'a> {
+    pub(super) fn new(accessors: Accessors<'a>, options: ImportOptions) -> Self {
+        Self {
+            accessors,
+            options,
+            read: HashMap::new(),
+        }
+    }
+
+    pub(super) fn accessors(&self) -> &Accessors<'a> {
+        &self.accessors
+    }
+
+    /// The mesh of a primitive, appended to `meshes` where it is new; `None` if it has no triangle.
+    pub(super) fn read(
+        &mut self,
+        primitive: &Primitive,
+        deform: Deform<'_>,
+        meshes: &mut Vec<SourceMesh>,
+        skipped: &mut Skipped,
+    ) -> Result<Option<usize>> {
+        match primitive.mode {
+            0 => skipped.points += 1,
+            1..=3 => skipped.lines += 1,
+            4..=6 => {}
+            mode => return Err(ImportError::malformed(format!("unknown mode {mode}"))),
+        }
+        if primitive.mode < 4 {
+            return Ok(None);
+        }
+        let attribute = |name: &str| primitive.attributes.get(name).copied();
+        let Some(position) = attribute("POSITION") else {
+            skipped.without_positions += 1;
+            return Ok(None);
+        };
+        self.refuse_draco(primitive, position)?;
+
+        let targets = targets(primitive, deform.weights);
+        skipped.morphed += usize::from(!primitive.targets.is_empty());
+        let skin = deform
+            .skin
+            .filter(|_| primitive.attributes.contains_key("JOINTS_0"));
+        skipped.skinned += usize::from(skin.is_some());
+        let key = Key {
+            position,
+            normal: attribute("NORMAL").filter(|_| self.options.normals),
+            uv: attribute("TEXCOORD_0").filter(|_| self.options.uvs),
+            indices: primitive.indices,
+            mode: primitive.mode,
+            targets: targets
+                .iter()
+                .map(|(weight, target)| {
+                    (
+                        weight.to_bits(),
+                        target.get("POSITION").copied(),
+                        target.get("NORMAL").copied(),
+                    )
+                })
+                .collect(),
+            node: skin.map(|(node, _)| node),
+        };
+        if let Some(&mesh) = self.read.get(&key) {
+            return Ok(Some(mesh));
+        }
+        let Some(mesh) = self.mesh(&key, &targets, skin, &primitive.attributes, skipped)? else {
+            return Ok(None);
+        };
+        meshes.push(mesh);
+        self.read.insert(key, meshes.len() - 1);
+        Ok(Some(meshes.len() - 1))
+    }
+
+    /// A primitive may carry plain data beside Draco's; without it nothing can be read.
+    fn refuse_draco(&self, primitive: &Primitive, position: usize) -> Result<()> {
+        let plain = |accessor: usize| {
+            let accessor = self.accessors.declared(accessor)?;
+            Ok(accessor.buffer_view.is_some() || accessor.sparse.is_some())
+        };
+        let has_plain = plain(position)? && primitive.indices.map_or(Ok(true), plain)?;
+        if primitive.extensions.draco.is_none() || has_plain {
+            return Ok(());
+        }
+        let what = "is compressed with KHR_draco_mesh_compression, which is not supported";
+        Err(ImportError::new(ImportErrorKind::Unsupported, what)
+            .next("decompress it, for instance with `gltf-transform copy IN OUT`"))
+    }
+
+    fn mesh(
+        &self,
+        key: &Key,
+        targets: &[(f64, &Attributes)],
+        skin: Option<(usize, &Joints)>,
+        attributes: &Attributes,
+        skipped: &mut Skipped,
+    ) -> Result<Option<SourceMesh>> {
+        let positions = self.accessors.open(key.position, "VEC3")?;
+        let vertex_count = positions.count();
+        let elements = match key.indices {
+            Some(accessor) => {
+                let indices = self.accessors.open(accessor, "SCALAR")?;
+                indices
+                    .indices()
+                    .map_err(|error| error.within(format_args!("accessor {accessor}")))?
+            }
+            None => (0..u32::try_from(vertex_count).unwrap_or(u32::MAX)).collect(),
+        };
+        if let Some(index) = elements
+            .iter()
+            .find(|&&index| index as usize >= vertex_count)
+        {
+            let accessor = key.indices.unwrap_or(key.position);
+            let what = format!("index {index} is not below the {vertex_count} vertices");
+            return Err(ImportError::malformed(what).within(format_args!("accessor {accessor}")));
+        }
+        skipped.cut_short +=
+            usize::from(key.mode == 4 && elements.len() % 3 != 0 && elements.len() > 3);
+        let mut indices = triangle_list(key.mode, elements);
+        if indices.is_empty() {
+            skipped.empty += 1;
+            return Ok(None);
+        }
+        let used = compact(&mut indices, vertex_count);
+
+        let mut mesh = SourceMesh {
+            positions: gather(&positions, &used),
+            indices,
+            ..Default::default()
+        };
+        let parallel = |accessor: usize, shape: &str| {
+            let elements = self.accessors.open(accessor, shape)?;
+            if elements.count() == vertex_count {
+                return Ok(elements);
+            }
+            let what = format!(
+                "has {} elements for {vertex_count} positions",
+                elements.count()
+            );
+            Err(ImportError::malformed(what).within(format_args!("accessor {accessor}")))
+        };
+        if let Some(normal) = key.normal {
+            mesh.normals = gather(&parallel(normal, "VEC3")?, &used);
+        }
+        if let Some(uv) = key.uv {
+            mesh.uvs = gather(&parallel(uv, "VEC2")?, &used);
+        }
+        for (weight, target) in targets {
+            if let Some(&accessor) = target.get("POSITION") {
+                displace(
+                    &mut mesh.positions,
+                    &parallel(accessor, "VEC3")?,
+                    &used,
+                    *weight,
+                );
+            }
+            if let Some(&accessor) = target.get("NORMAL") {
+                displace(
+                    &mut mesh.normals,
+                    &parallel(accessor, "VEC3")?,
+                    &used,
+                    *weight,
+                );
+            }
+        }
+        if let Some((_, joints)) = skin {
+            let mut weights = Vec::new();
+            for set in 0.. {
+                let get = |name: &str| attributes.get(&format!("{name}_{set}")).copied();
+                let (Some(joint), Some(weight)) = (get("JOINTS"), get("WEIGHTS")) else {
+                    break;
+                };
+                weights.push(Weights {
+                    joints: parallel(joint, "VEC4")?,
+                    weights: parallel(weight, "VEC4")?,
+                });
+            }
+            joints.apply(&mut mesh, &weights, &used)?;
+        }
+        finish(mesh, key.position).map(Some)
+    }
+}
+
+/// Checks positions and makes normals unit vectors.
+fn finish(mut mesh: SourceMesh, position: usize) -> Result<SourceMesh> {
+    if let Some(vertex) = mesh
+        .positions
+        .iter()
+        .position(|point| !Vec3::from(*point).is_finite())
+    {
+        let what = format!("the position {:?} is not finite", mesh.positions[vertex]);
+        return Err(ImportError::malformed(what).within(format_args!("accessor {position}")));
+    }
+    for normal in &mut mesh.normals {
+        *normal = Vec3::from(*normal)
+            .try_normalize()
+            .unwrap_or(Vec3::Z)
+            .into();
+    }
+    for uv in &mut mesh.uvs {
+        *uv = uv.map(|lane| if lane.is_finite() { lane } else { 0.0 });
+    }
+    Ok(mesh)
+}
+
+/// The morph targets that the default weights put to use.
+fn targets<'a>(primitive: &'a Primitive, weights: Option<&Vec<f64>>) -> Vec<(f64, &'a Attributes)> {
+    let weights = weights.map(Vec::as_slice).unwrap_or_default();
+    let used = weights.iter().copied().zip(&primitive.targets);
+    used.filter(|(weight, _)| *weight != 0.0 && weight.is_finite())
+        .collect()
+}
+
+fn displace(vectors: &mut [[f32; 3]], by: &Elements<'_>, used: &[u32], weight: f64) {
+    for (vector, &vertex) in vectors.iter_mut().zip(used) {
+        let by: [f32; 3] = by.floats(vertex as usize);
+        *vector = std::array::from_fn(|axis| {
+            (f64::from(vector[axis]) + weight * f64::from(by[axis])) as f32
+        });
+    }
+}
+
+fn gather<const N: usize>(elements: &Elements<'_>, used: &[u32]) -> Vec<[f32; N]> {
+    used.iter()
+        .map(|&vertex| elements.floats(vertex as usize))
+        .collect()
+}
+
+/// Unrolls strips and fans (section 3.7.2.1); a trailing incomplete triangle is left out.
+fn triangle_list(mode: u32, mut elements: Vec<u32>) -> Vec<u32> {
+    let windows = elements.windows(3).enumerate();
+    match mode {
+        // Every other triangle of a strip is turned round, which swaps its last two corners.
+        5 => windows
+            .flat_map(|(i, w)| {
+                if i % 2 == 0 {
+                    [w[0], w[1], w[2]]
+                } else {
+                    [w[0], w[2], w[1]]
+                }
+            })
+            .collect(),
+        6 => windows
+            .flat_map(|(_, w)| [w[1], w[2], elements[0]])
+            .collect(),
+        _ => {
+            elements.truncate(elements.len() / 3 * 3);
+            elements
+        }
+    }
+}
+
+/// Renumbers the vertices that `indices` use from 0, in ascending order, and returns their old
+/// numbers. Many primitives may share one large vertex buffer; none keeps a copy of all of it.
+fn compact(indices: &mut [u32], vertex_count: usize) -> Vec<u32> {
+    let used: Vec<u32> = if vertex_count / 8 > indices.len() {
+        let mut used = indices.to_vec();
+        used.sort_unstable();
+        used.dedup();
+        used
+    } else {
+        let mut is_used = vec![false; vertex_count];
+        indices
+            .iter()
+            .for_each(|&index| is_used[index as usize] = true);
+        (0..)
+            .zip(is_used)
+            .filter(|(_, is_used)| *is_used)
+            .map(|(vertex, _)| vertex)
+            .collect()
+    };
+    if used.len() < vertex_count {
+        for index in indices {
+            // Every index is in the list made of them.
+            *index = used.partition_point(|vertex| vertex < index) as u32;
+        }
+    }
+    used
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_become_lists() {
+        assert_eq!(triangle_list(4, vec![0, 1, 2, 3]), [0, 1, 2]);
+        assert_eq!(
+            triangle_list(5, vec![0, 1, 2, 3, 4]),
+            [0, 1, 2, 1, 3, 2, 2, 3, 4]
+        );
+        assert_eq!(triangle_list(6, vec![0, 1, 2, 3]), [1, 2, 0, 2, 3, 0]);
+        for mode in 4..=6 {
+            assert!(triangle_list(mode, vec![0, 1]).is_empty());
+        }
+    }
+
+    #[test]
+    fn compacting_keeps_order_and_drops_the_unused() {
+        for vertex_count in [10, 1000] {
+            let mut indices = [7, 2, 7, 9, 2, 7];
+            assert_eq!(compact(&mut indices, vertex_count), [2, 7, 9]);
+            assert_eq!(indices, [1, 0, 1, 2, 0, 1]);
+        }
+    }
+}
