@@ -104,4 +104,10 @@ impl ObjectBox {
         let aabb = self.aabb();
         aabb.min * 0.5 + aabb.max * 0.5
     }
+
+    /// One coordinate of the centroid, in the same arithmetic.
+    #[inline]
+    pub fn centroid_on(&self, axis: usize) -> f32 {
+        self.min[axis] * 0.5 + self.max[axis] * 0.5
+    }
 }

@@ -245,7 +245,7 @@ fn partition(objects: &mut [ObjectBox], scratch: &mut [ObjectBox], cut: Cut) -> 
             let (mut left, mut right) = (0, 0);
             for i in 0..objects.len() {
                 let object = objects[i];
-                let is_left = object.centroid()[axis] < position;
+                let is_left = object.centroid_on(axis) < position;
                 objects[left] = object;
                 scratch[right] = object;
                 left += usize::from(is_left);
@@ -257,7 +257,7 @@ fn partition(objects: &mut [ObjectBox], scratch: &mut [ObjectBox], cut: Cut) -> 
         Cut::Count { axis, left } => {
             if left > 0 && left < objects.len() {
                 objects.select_nth_unstable_by(left, |a, b| {
-                    let by_centroid = a.centroid()[axis].total_cmp(&b.centroid()[axis]);
+                    let by_centroid = a.centroid_on(axis).total_cmp(&b.centroid_on(axis));
                     by_centroid.then(a.id.cmp(&b.id))
                 });
             }

@@ -1,1 +1,5 @@
 //! Generated scenes.
+
+mod rng;
+
+pub use rng::Rng;

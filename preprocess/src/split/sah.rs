@@ -10,10 +10,16 @@ use super::{Cut, NodeObjects, SplitRule};
 use crate::bvh::Aabb;
 
 /// Nodes up to this size are swept.
-const SWEEP_MAX_OBJECTS: usize = 32;
+const SWEEP_MAX_OBJECTS: usize = 8;
 
-/// Bins per axis.
-const BINS: usize = 32;
+/// Nodes up to this size get [`FEW_BINS`]: many more bins than objects find no better cut.
+const FEW_BINS_MAX_OBJECTS: usize = 64;
+
+/// Bins per axis of small nodes.
+const FEW_BINS: usize = 16;
+
+/// Bins per axis of large nodes.
+const MANY_BINS: usize = 32;
 
 /// The cut of least expected cost.
 pub struct Sah;
@@ -28,10 +34,10 @@ impl SplitRule for Sah {
     }
 
     fn cut(&self, node: &NodeObjects) -> Cut {
-        let cut = if node.objects.len() <= SWEEP_MAX_OBJECTS {
-            sweep(node)
-        } else {
-            binned(node)
+        let cut = match node.objects.len() {
+            0..=SWEEP_MAX_OBJECTS => sweep(node),
+            0..=FEW_BINS_MAX_OBJECTS => binned::<FEW_BINS>(node),
+            _ => binned::<MANY_BINS>(node),
         };
         cut.unwrap_or_else(|| Cut::halves(node))
     }
@@ -92,64 +98,85 @@ impl<Place> Best<Place> {
 
 /// Tries every plane between two different centroids.
 fn sweep(node: &NodeObjects) -> Option<Cut> {
+    const MAX: usize = SWEEP_MAX_OBJECTS;
     let count = node.objects.len();
     let ruler = Ruler::new(node.bounds);
-    let mut best = Best::new();
-    let mut order = [0_u64; SWEEP_MAX_OBJECTS];
-    let order = &mut order[..count];
-    let mut right_areas = [0.0; SWEEP_MAX_OBJECTS];
-    for axis in 0..3 {
-        if node.centroid_bounds.min[axis] == node.centroid_bounds.max[axis] {
-            continue;
+    let mut boxes = [Aabb::EMPTY; MAX];
+    // Per axis; those past `count` come last in every order.
+    let mut centroids = [[f32::INFINITY; MAX]; 3];
+    for (i, object) in node.objects.iter().enumerate() {
+        boxes[i] = object.aabb();
+        let centroid = object.centroid();
+        for (axis, centroids) in centroids.iter_mut().enumerate() {
+            centroids[i] = centroid[axis];
         }
-        for (slot, (key, object)) in order.iter_mut().zip(node.objects).enumerate() {
-            *key = u64::from(sort_key(object.centroid()[axis])) << 32 | slot as u64;
-        }
-        order.sort_unstable();
-        let object = |rank: usize| &node.objects[order[rank] as u32 as usize];
+    }
 
+    let mut best = Best::new();
+    for (axis, centroids) in centroids.iter().enumerate() {
+        let order = sorted(centroids);
+        let mut right_areas = [0.0; MAX];
         let mut right = Aabb::EMPTY;
         for rank in (1..count).rev() {
-            right = right.union(object(rank).aabb());
+            right = right.union(boxes[order[rank]]);
             right_areas[rank] = ruler.half_area(right);
         }
         let mut left = Aabb::EMPTY;
-        let mut last = node.centroid_bounds.min[axis];
         for rank in 1..count {
-            left = left.union(object(rank - 1).aabb());
-            let position = object(rank).centroid()[axis];
-            if position > last {
-                let cost =
-                    ruler.half_area(left) * rank as f32 + right_areas[rank] * (count - rank) as f32;
-                best.offer(cost, rank, count - rank, Cut::Plane { axis, position });
+            let (last, first) = (order[rank - 1], order[rank]);
+            left = left.union(boxes[last]);
+            let right_count = count - rank;
+            let cost = ruler.half_area(left) * rank as f32 + right_areas[rank] * right_count as f32;
+            if centroids[last] < centroids[first] {
+                best.offer(cost, rank, right_count, (axis, first));
             }
-            last = position;
         }
     }
-    best.place
+    best.place.map(|(axis, first)| Cut::Plane {
+        axis,
+        position: centroids[axis][first],
+    })
 }
 
-/// Maps floats to integers of the same order.
+/// The order of the values, equal ones by index. Counts for each value how many come before it:
+/// without branches on the data that beats any sort of so few.
 #[inline]
-fn sort_key(x: f32) -> u32 {
-    let bits = x.to_bits();
-    bits ^ (((bits as i32) >> 31) as u32 | 0x8000_0000)
+fn sorted<const N: usize>(values: &[f32; N]) -> [usize; N] {
+    let mut order = [0; N];
+    for i in 0..N {
+        let before = |j: usize| {
+            if j < i {
+                values[j] <= values[i]
+            } else {
+                values[j] < values[i]
+            }
+        };
+        let rank: usize = (0..N).map(|j| usize::from(before(j))).sum();
+        order[rank] = i;
+    }
+    order
 }
 
 #[derive(Clone, Copy)]
 struct Bin {
     bounds: Aabb,
-    count: usize,
+    count: u32,
 }
 
-/// Maps centroids to bins, per axis.
+/// In this binade the last bit of a float is worth one: adding it rounds, and leaves the integer in
+/// the low bits. A cast would check every lane for NaN and range.
+const ROUND: f32 = 1.5 * (1 << 23) as f32;
+
+/// Maps centroids to `BINS` bins per axis.
 #[derive(Clone, Copy)]
-struct Binning {
+struct Binning<const BINS: usize> {
     half_min: Vec4,
     scale: Vec4,
 }
 
-impl Binning {
+impl<const BINS: usize> Binning<BINS> {
+    const LAST: f32 = (BINS - 1) as f32;
+
     fn new(centroid_bounds: Aabb) -> Self {
         let scale = BINS as f32 / centroid_bounds.half_extent();
         // Zero times this stays zero, and the shortest edge times this stays within the bins.
@@ -159,18 +186,27 @@ impl Binning {
         }
     }
 
+    /// The bin on every axis.
     #[inline]
     fn bins(&self, centroid: Vec4) -> [usize; 3] {
-        let place = ((centroid * 0.5 - self.half_min) * self.scale).as_uvec4();
-        [place.x, place.y, place.z].map(|bin| (bin as usize).min(BINS - 1))
+        let place = (centroid * 0.5 - self.half_min) * self.scale - 0.5;
+        let bins = place.min(Vec4::splat(Self::LAST)) + ROUND;
+        std::array::from_fn(|axis| bins[axis].to_bits() as usize % BINS)
+    }
+
+    /// The bin on one axis, in the same arithmetic.
+    #[inline]
+    fn bin(&self, centroid: f32, axis: usize) -> f32 {
+        let place = (centroid * 0.5 - self.half_min[axis]) * self.scale[axis] - 0.5;
+        place.min(Self::LAST) + ROUND - ROUND
     }
 }
 
 /// Tries the planes between the bins of each axis.
-fn binned(node: &NodeObjects) -> Option<Cut> {
+fn binned<const BINS: usize>(node: &NodeObjects) -> Option<Cut> {
     let count = node.objects.len();
     let ruler = Ruler::new(node.bounds);
-    let binning = Binning::new(node.centroid_bounds);
+    let binning = Binning::<BINS>::new(node.centroid_bounds);
     let mut bins = [[Bin {
         bounds: Aabb::EMPTY,
         count: 0,
@@ -185,37 +221,34 @@ fn binned(node: &NodeObjects) -> Option<Cut> {
     }
 
     let mut best = Best::new();
-    let mut right_areas = [0.0; BINS];
     for (axis, bins) in bins.iter().enumerate() {
+        let mut right_areas = [0.0; BINS];
         let mut right = Aabb::EMPTY;
-        for (i, bin) in bins.iter().enumerate().skip(1).rev() {
-            right = right.union(bin.bounds);
+        for i in (1..BINS).rev() {
+            right = right.union(bins[i].bounds);
             right_areas[i] = ruler.half_area(right);
         }
         let (mut left, mut left_count) = (Aabb::EMPTY, 0);
         for i in 1..BINS {
             left = left.union(bins[i - 1].bounds);
-            left_count += bins[i - 1].count;
-            // Past an empty bin lies the same cut again.
-            if bins[i - 1].count == 0 || left_count == count {
-                continue;
-            }
+            left_count += bins[i - 1].count as usize;
             let right_count = count - left_count;
             let cost =
                 ruler.half_area(left) * left_count as f32 + right_areas[i] * right_count as f32;
-            best.offer(cost, left_count, right_count, (axis, i));
+            // Past an empty bin lies the same cut again.
+            if bins[i - 1].count > 0 && right_count > 0 {
+                best.offer(cost, left_count, right_count, (axis, i));
+            }
         }
     }
 
     // The plane goes through the first centroid on its right, so that the builder's comparison and
     // the bins cannot disagree by a rounding.
     let (axis, first_right) = best.place?;
-    let in_right = |c: &Vec4| binning.bins(*c)[axis] >= first_right;
-    let position = node
-        .objects
-        .iter()
-        .map(|object| object.centroid())
-        .filter(in_right);
-    let position = position.fold(f32::INFINITY, |min, c| min.min(c[axis]));
+    let position = node.objects.iter().fold(f32::INFINITY, |position, object| {
+        let centroid = object.centroid_on(axis);
+        let is_right = binning.bin(centroid, axis) >= first_right as f32;
+        position.min(if is_right { centroid } else { f32::INFINITY })
+    });
     Some(Cut::Plane { axis, position })
 }
