@@ -86,11 +86,12 @@ schema! {
         pub reserved: u32,
         /// Mean number of edges from the root to a leaf.
         pub mean_leaf_depth: f64,
-        /// Sum over interior nodes of (traversal 1 + 0) and over leaves of (intersection 1), each times
-        /// the node's surface area over the root's: the surface area heuristic with both constants 1.
+        /// The surface area heuristic with both constants 1: the surface areas of all 2N-1 nodes over
+        /// the root's, summed. It is the number of nodes a random ray that hits the root visits. A
+        /// root without area counts every node in full.
         pub sah_cost: f64,
-        /// Sum over interior nodes of the surface area of the overlap of the two children, over the
-        /// root's surface area.
+        /// Sum over interior nodes of the surface area of the intersection of the two children's
+        /// boxes, over the root's surface area; 0 for a root without area.
         pub overlap: f64,
     }
 }
