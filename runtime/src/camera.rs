@@ -73,6 +73,14 @@ pub struct Camera {
     pub far: Option<f64>,
 }
 
+/// The orientation of a camera that looks along `direction` with `up` upward in the image. Neither needs to
+/// be a unit vector; where they are parallel, any upward direction is taken.
+pub fn look_to(direction: DVec3, up: DVec3) -> DQuat {
+    let back = -direction.normalize_or(DVec3::NEG_Z);
+    let right = up.cross(back).try_normalize().unwrap_or_else(|| back.any_orthonormal_vector());
+    DQuat::from_mat3(&glam::DMat3::from_cols(right, back.cross(right), back))
+}
+
 /// A camera that no frame can be drawn with.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {

@@ -23,6 +23,7 @@ mod pack;
 pub mod readback;
 mod scene;
 mod stage;
+pub mod twin;
 
 pub use camera::{Camera, CameraError, DepthConvention, Projection};
 pub use draw::{Draw, DrawList, Drawer, Submission, Targets};

@@ -21,14 +21,12 @@ pub struct FrameContext<'a> {
 }
 
 impl FrameContext<'_> {
-    /// Records `stage` through `record`, inside a debug group of its name and between the observer's calls.
+    /// Records `stage` through `record`, between the observer's calls.
     pub fn stage(&mut self, stage: Stage, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
         if let Some(observer) = self.observer.as_deref_mut() {
             observer.begin(stage, self.encoder);
         }
-        self.encoder.push_debug_group(stage.name());
         record(self.encoder);
-        self.encoder.pop_debug_group();
         if let Some(observer) = self.observer.as_deref_mut() {
             observer.end(stage, self.encoder);
         }

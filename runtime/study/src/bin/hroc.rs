@@ -1,0 +1,2 @@
+//! hroc
+fn main() {}

@@ -1,0 +1,80 @@
+//! Why a command failed, and the exit code that says so.
+
+use std::io;
+use std::path::PathBuf;
+
+use hroc_format::OpenError;
+use hroc_runtime::{CameraError, UploadError};
+
+use crate::camera_path::PathError;
+use crate::gpu::GpuError;
+
+/// Exit codes of `hroc`. Scripts rely on them.
+pub mod exit {
+    /// Everything went well.
+    pub const GOOD: u8 = 0;
+    /// A check failed: wrong pixels or false negatives of a conservative method.
+    pub const CHECK_FAILED: u8 = 1;
+    /// The command line asks for what there is not, or names a place that cannot be written.
+    pub const USAGE: u8 = 2;
+    /// An input cannot be used.
+    pub const BAD_INPUT: u8 = 3;
+    /// No device, or one that cannot do it.
+    pub const DEVICE: u8 = 4;
+}
+
+/// A command that could not finish. The message is one line with the place and the next step.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// Options that contradict each other or name nothing.
+    #[error("{0}")]
+    Usage(String),
+    /// The scene cannot be opened.
+    #[error(transparent)]
+    Scene(#[from] OpenError),
+    /// The scene lacks the tree asked for, or does not fit the device.
+    #[error(transparent)]
+    Upload(#[from] UploadError),
+    /// The camera path is wrong.
+    #[error(transparent)]
+    Path(#[from] PathError),
+    /// A camera on the path is degenerate.
+    #[error("frame {frame} of the camera path: {source}")]
+    Camera {
+        /// Frame number, from 0.
+        frame: u32,
+        /// What is wrong with it.
+        source: CameraError,
+    },
+    /// The device failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// A result cannot be written.
+    #[error("{}: cannot write it: {source}; choose another place", path.display())]
+    Output {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+impl StudyError {
+    /// The exit code for it.
+    pub const fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) | Self::Output { .. } => exit::USAGE,
+            Self::Scene(_)
+            | Self::Path(_)
+            | Self::Camera { .. }
+            | Self::Upload(UploadError::NoTree { .. }) => exit::BAD_INPUT,
+            Self::Upload(UploadError::TooLarge { .. }) | Self::Gpu(_) => exit::DEVICE,
+        }
+    }
+
+    /// For `map_err` on what is written to `path`.
+    pub fn output(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Output { path, source }
+    }
+}

@@ -1,0 +1,76 @@
+//!import object
+// The study's own rendering: position and item buffer by hroc's functions, colour by a light at the eye and
+// a sky above. Both faces of a surface are drawn and lit alike.
+
+struct View {
+    clip_from_world: mat4x4f,
+    // World; w unused.
+    eye: vec4f,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<storage, read> objects: array<Object>;
+
+struct Surface {
+    @builtin(position) position: vec4f,
+    @location(0) world: vec3f,
+    // Not of unit length; zero where the scene has no normals.
+    @location(1) normal: vec3f,
+    @location(2) @interpolate(flat, either) object: u32,
+}
+
+struct Pixel {
+    @location(0) color: vec4f,
+    @location(1) object: u32,
+}
+
+fn surface(p: vec3f, normal: vec3f, id: u32) -> Surface {
+    let world = hroc_world_position(objects[id], p);
+    return Surface(hroc_clip_position(view.clip_from_world, world), world, normal, id);
+}
+
+@vertex
+fn object_vertex(@location(0) p: vec3f, @builtin(instance_index) id: u32) -> Surface {
+    return surface(p, vec3f(0.0), id);
+}
+
+@vertex
+fn object_vertex_with_normal(
+    @location(0) p: vec3f,
+    @location(1) octahedral: vec2f,
+    @builtin(instance_index) id: u32,
+) -> Surface {
+    // Cigolle et al. 2014, "A Survey of Efficient Representations for Independent Unit Vectors", section 3.
+    var n = vec3f(octahedral, 1.0 - abs(octahedral.x) - abs(octahedral.y));
+    let fold = max(-n.z, 0.0);
+    n.x += select(fold, -fold, n.x >= 0.0);
+    n.y += select(fold, -fold, n.y >= 0.0);
+    // Normals go by the matrix of cofactors, which needs no inverse and survives singular transforms.
+    let x = objects[id].world_from_object_x.xyz;
+    let y = objects[id].world_from_object_y.xyz;
+    let z = objects[id].world_from_object_z.xyz;
+    return surface(p, vec3f(dot(cross(y, z), n), dot(cross(z, x), n), dot(cross(x, y), n)), id);
+}
+
+// Unit length, or zero for a vector without a direction, whatever its magnitude.
+fn direction(v: vec3f) -> vec3f {
+    let largest = max(abs(v.x), max(abs(v.y), abs(v.z)));
+    if (!(largest > 0.0)) {
+        return vec3f(0.0);
+    }
+    return normalize(v / largest);
+}
+
+@fragment
+fn object_color(surface: Surface) -> Pixel {
+    let facet = direction(cross(dpdx(surface.world), dpdy(surface.world)));
+    let smooth_normal = direction(surface.normal);
+    let to_eye = direction(view.eye.xyz - surface.world);
+    var n = select(facet, smooth_normal, any(smooth_normal != vec3f(0.0)));
+    n = select(n, -n, dot(n, to_eye) < 0.0);
+
+    let head = dot(n, to_eye);
+    let sky = mix(vec3f(0.20, 0.19, 0.18), vec3f(0.42, 0.45, 0.50), 0.5 + 0.5 * n.y);
+    let base = unpack4x8unorm(objects[surface.object].base_color).rgb;
+    return Pixel(vec4f(base * (sky + 0.55 * head), 1.0), surface.object);
+}
