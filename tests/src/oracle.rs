@@ -1,1 +1,130 @@
-//! f64 oracles.
+//! f64 oracles: what the stages should find, computed without regard for speed.
+
+use glam::{DVec2, DVec3, DVec4};
+use hroc_format::{ArchivedBounds, ArchivedScene};
+use hroc_runtime::{DepthConvention, FrameUniform};
+
+/// How an object's bounds stand to an occlusion map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// Even the padded bounds are behind the map at every pixel, and clear of the near plane.
+    Hidden,
+    /// Padding and rounding decide.
+    Between,
+    /// The bare bounds are in front of the map at some pixel's centre.
+    Showing,
+}
+
+/// A frame's numbers in f64, as the shaders get them (rounded to f32).
+struct Lens {
+    eye: [DVec3; 3],
+    direction: [DVec3; 3],
+    planes: [DVec4; 6],
+    forward: DVec4,
+    padding_world: f64,
+    padding_per_depth: f64,
+}
+
+impl Lens {
+    fn new(frame: &FrameUniform) -> Self {
+        let v = |x: [f32; 3]| DVec3::from_array(x.map(f64::from));
+        let w = |x: [f32; 4]| DVec4::from_array(x.map(f64::from));
+        Self {
+            eye: [v(frame.ray_origin), v(frame.ray_origin_dx), v(frame.ray_origin_dy)],
+            direction: [v(frame.ray_direction), v(frame.ray_direction_dx), v(frame.ray_direction_dy)],
+            planes: frame.planes.map(w),
+            forward: w(frame.forward),
+            padding_world: f64::from(frame.padding_world),
+            padding_per_depth: f64::from(frame.padding_per_depth),
+        }
+    }
+
+    fn padded(&self, [lo, hi]: [DVec3; 2], share: f64) -> [DVec3; 2] {
+        let farthest = extreme(self.forward, [lo, hi], true).max(0.0);
+        let padding = share * (self.padding_world + self.padding_per_depth * farthest);
+        [lo - padding, hi + padding]
+    }
+
+    /// Ray parameter of the entry into a box at a pixel position, if it is met in front of the near plane.
+    fn entry(&self, position: DVec2, [lo, hi]: [DVec3; 2], near: f64) -> Option<f64> {
+        let at = |[o, dx, dy]: [DVec3; 3]| o + position.x * dx + position.y * dy;
+        let (eye, direction) = (at(self.eye), at(self.direction));
+        let (mut first, mut last) = (near, f64::INFINITY);
+        for axis in 0..3 {
+            if direction[axis] == 0.0 {
+                if eye[axis] < lo[axis] || eye[axis] > hi[axis] {
+                    return None;
+                }
+                continue;
+            }
+            let a = (lo[axis] - eye[axis]) / direction[axis];
+            let b = (hi[axis] - eye[axis]) / direction[axis];
+            first = first.max(a.min(b));
+            last = last.min(a.max(b));
+        }
+        (first <= last).then_some(first)
+    }
+}
+
+/// Signed distance from a plane to the farthest or nearest corner of a box.
+fn extreme(plane: DVec4, [lo, hi]: [DVec3; 2], farthest: bool) -> f64 {
+    (0..3).map(|i| plane[i] * if (plane[i] > 0.0) == farthest { hi[i] } else { lo[i] }).sum::<f64>() + plane.w
+}
+
+fn corners(bounds: &ArchivedBounds) -> [DVec3; 2] {
+    [bounds.min, bounds.max].map(|corner| DVec3::from_array(corner.map(|x| f64::from(x.to_native()))))
+}
+
+/// Where every object's bounds stand, given the occlusion map of that frame.
+pub fn standings(baked: &ArchivedScene, frame: &FrameUniform, depth: DepthConvention, map: &[f32]) -> Vec<Standing> {
+    let lens = Lens::new(frame);
+    // Room for the shader's own rounding on either side.
+    baked
+        .object_bounds
+        .iter()
+        .map(|bounds| {
+            let bare = corners(bounds);
+            let loose = lens.padded(bare, 1.01);
+            if lens.planes.iter().any(|plane| extreme(*plane, loose, true) < 0.0) {
+                return Standing::Hidden;
+            }
+            if extreme(lens.planes[4], loose, false) <= 0.0 {
+                return Standing::Between;
+            }
+            let mut standing = Standing::Hidden;
+            let [width, height] = frame.size;
+            for y in 0..height {
+                for x in 0..width {
+                    let position = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                    let Some(t) = lens.entry(position, loose, f64::from(frame.near)) else { continue };
+                    let there = f64::from(map[(y * width + x) as usize]);
+                    if !shows(frame, depth, t * (1.0 - 1e-5), there, 1.01) {
+                        continue;
+                    }
+                    standing = Standing::Between;
+                    let bare_entry = lens.entry(position, bare, f64::from(frame.near));
+                    if bare_entry.is_some_and(|t| shows(frame, depth, t, there, 0.0)) {
+                        return Standing::Showing;
+                    }
+                }
+            }
+            standing
+        })
+        .collect()
+}
+
+/// Whether ray parameter `t` is at or in front of the map's depth, with this share of the tolerance.
+fn shows(frame: &FrameUniform, depth: DepthConvention, t: f64, there: f64, share: f64) -> bool {
+    let [z, z_t, w, w_t] = frame.depth_along_ray.map(f64::from);
+    let clip_w = w + w_t * t;
+    let here = (z + z_t * t) / clip_w;
+    let tolerance = f64::from(frame.depth_tolerance)
+        + f64::from(frame.depth_tolerance_over_w) / clip_w
+        + f64::from(frame.depth_tolerance_relative) * there;
+    // The shader divides in f32: a few ulps either way.
+    let tolerance = share * (tolerance + 1e-6 * here.abs());
+    match depth {
+        DepthConvention::Standard => here - tolerance <= there,
+        DepthConvention::Reversed => here + tolerance >= there,
+    }
+}
