@@ -25,7 +25,12 @@ pub(crate) struct BatchOcclusionTest {
 }
 
 impl BatchOcclusionTest {
-    pub fn new(device: &wgpu::Device, depth: DepthConvention, count_work: bool, buffers: &TestBuffers<'_>) -> Self {
+    pub fn new(
+        device: &wgpu::Device,
+        depth: DepthConvention,
+        count_work: bool,
+        buffers: &TestBuffers<'_>,
+    ) -> Self {
         use Access::{Read, ReadWrite, Uniform};
         let module = gpu::shader(device, "batch_occlusion_test");
         let layout = gpu::buffer_layout(
@@ -52,8 +57,14 @@ impl BatchOcclusionTest {
             bind_group_layouts: &[Some(&layout), Some(&map_layout)],
             immediate_size: 0,
         });
-        let constants = [depth_constant(depth), ("COUNT_WORK", f64::from(u8::from(count_work)))];
-        let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+        let constants = [
+            depth_constant(depth),
+            ("COUNT_WORK", f64::from(u8::from(count_work))),
+        ];
+        let compilation_options = wgpu::PipelineCompilationOptions {
+            constants: &constants,
+            ..Default::default()
+        };
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("batch_occlusion_test"),
             layout: Some(&pipeline_layout),
@@ -93,9 +104,20 @@ impl BatchOcclusionTest {
             device,
             "batch_occlusion_test",
             &layout,
-            &[b.frame, &b.tree.nodes, b.groups, b.potential_occluders, b.potentially_visible, b.work],
+            &[
+                b.frame,
+                &b.tree.nodes,
+                b.groups,
+                b.potential_occluders,
+                b.potentially_visible,
+                b.work,
+            ],
         );
-        Self { pipeline, group, map_layout }
+        Self {
+            pipeline,
+            group,
+            map_layout,
+        }
     }
 
     pub fn record(
@@ -109,7 +131,10 @@ impl BatchOcclusionTest {
         let map = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("occlusion_map"),
             layout: &self.map_layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(targets.depth) }],
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(targets.depth),
+            }],
         });
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("batch_occlusion_test"),

@@ -77,7 +77,10 @@ pub struct Camera {
 /// be a unit vector; where they are parallel, any upward direction is taken.
 pub fn look_to(direction: DVec3, up: DVec3) -> DQuat {
     let back = -direction.normalize_or(DVec3::NEG_Z);
-    let right = up.cross(back).try_normalize().unwrap_or_else(|| back.any_orthonormal_vector());
+    let right = up
+        .cross(back)
+        .try_normalize()
+        .unwrap_or_else(|| back.any_orthonormal_vector());
     DQuat::from_mat3(&glam::DMat3::from_cols(right, back.cross(right), back))
 }
 
@@ -142,7 +145,9 @@ impl Camera {
         origin: DVec3,
         scene_radius: f64,
     ) -> Result<DMat4, CameraError> {
-        Ok(self.view(depth, size, origin, scene_radius)?.clip_from_world())
+        Ok(self
+            .view(depth, size, origin, scene_radius)?
+            .clip_from_world())
     }
 
     pub(crate) fn view(
@@ -227,7 +232,13 @@ impl View {
         let depth = self.forward.extend(-self.forward.dot(self.eye));
         let z = depth * self.z_scale + DVec4::W * self.z_offset;
         let w = if self.perspective { depth } else { DVec4::W };
-        DMat4::from_cols(row(self.right, 1.0 / self.half_width), row(self.up, 1.0 / self.half_height), z, w).transpose()
+        DMat4::from_cols(
+            row(self.right, 1.0 / self.half_width),
+            row(self.up, 1.0 / self.half_height),
+            z,
+            w,
+        )
+        .transpose()
     }
 }
 
@@ -248,16 +259,27 @@ mod tests {
     #[test]
     fn the_planes_land_on_their_depths() {
         for depth in DepthConvention::ALL {
-            for projection in
-                [Projection::Perspective { fov_y_rad: 1.0 }, Projection::Orthographic { half_height: 4.0 }]
-            {
+            for projection in [
+                Projection::Perspective { fov_y_rad: 1.0 },
+                Projection::Orthographic { half_height: 4.0 },
+            ] {
                 let camera = camera(projection, Some(80.0));
-                let clip = camera.clip_from_world(depth, [640, 360], DVec3::ZERO, 10.0).unwrap();
+                let clip = camera
+                    .clip_from_world(depth, [640, 360], DVec3::ZERO, 10.0)
+                    .unwrap();
                 let forward = camera.orientation * DVec3::NEG_Z;
                 for (distance, standard) in [(0.5, 0.0), (80.0, 1.0)] {
                     let p = clip * (camera.position + forward * distance).extend(1.0);
-                    let expected = if depth == DepthConvention::Standard { standard } else { 1.0 - standard };
-                    assert!((p.z / p.w - expected).abs() < 1e-12, "{depth:?} {projection:?} {distance}: {}", p.z / p.w);
+                    let expected = if depth == DepthConvention::Standard {
+                        standard
+                    } else {
+                        1.0 - standard
+                    };
+                    assert!(
+                        (p.z / p.w - expected).abs() < 1e-12,
+                        "{depth:?} {projection:?} {distance}: {}",
+                        p.z / p.w
+                    );
                     assert!(p.x.abs() < 1e-12 && p.y.abs() < 1e-12);
                 }
             }
@@ -267,14 +289,56 @@ mod tests {
     #[test]
     fn degenerate_cameras_are_refused() {
         let good = camera(Projection::Perspective { fov_y_rad: 1.0 }, None);
-        let view = |c: Camera, size| c.view(DepthConvention::Reversed, size, DVec3::ZERO, 1.0).err();
+        let view = |c: Camera, size| {
+            c.view(DepthConvention::Reversed, size, DVec3::ZERO, 1.0)
+                .err()
+        };
         assert_eq!(view(good, [1, 1]), None);
         assert_eq!(view(good, [0, 4]), Some(CameraError::Size(0, 4)));
-        assert!(matches!(view(Camera { near: 0.0, ..good }, [4, 4]), Some(CameraError::Planes { .. })));
-        assert!(matches!(view(Camera { near: f64::NAN, ..good }, [4, 4]), Some(CameraError::NotFinite(_))));
-        assert!(matches!(view(Camera { far: Some(0.1), ..good }, [4, 4]), Some(CameraError::Planes { .. })));
+        assert!(matches!(
+            view(Camera { near: 0.0, ..good }, [4, 4]),
+            Some(CameraError::Planes { .. })
+        ));
+        assert!(matches!(
+            view(
+                Camera {
+                    near: f64::NAN,
+                    ..good
+                },
+                [4, 4]
+            ),
+            Some(CameraError::NotFinite(_))
+        ));
+        assert!(matches!(
+            view(
+                Camera {
+                    far: Some(0.1),
+                    ..good
+                },
+                [4, 4]
+            ),
+            Some(CameraError::Planes { .. })
+        ));
         let wide = Projection::Perspective { fov_y_rad: 3.2 };
-        assert!(matches!(view(Camera { projection: wide, ..good }, [4, 4]), Some(CameraError::FieldOfView(_))));
-        assert!(matches!(view(Camera { orientation: DQuat::from_xyzw(0.0, 0.0, 0.0, 2.0), ..good }, [4, 4]), Some(CameraError::Orientation(_))));
+        assert!(matches!(
+            view(
+                Camera {
+                    projection: wide,
+                    ..good
+                },
+                [4, 4]
+            ),
+            Some(CameraError::FieldOfView(_))
+        ));
+        assert!(matches!(
+            view(
+                Camera {
+                    orientation: DQuat::from_xyzw(0.0, 0.0, 0.0, 2.0),
+                    ..good
+                },
+                [4, 4]
+            ),
+            Some(CameraError::Orientation(_))
+        ));
     }
 }

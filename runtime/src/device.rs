@@ -29,7 +29,10 @@ pub fn features(adapter: &wgpu::Adapter) -> Result<Features, DeviceError> {
     if missing.is_empty() {
         Ok(REQUIRED | (USED & adapter.features()))
     } else {
-        Err(DeviceError::Missing { adapter: adapter.get_info().name, features: missing })
+        Err(DeviceError::Missing {
+            adapter: adapter.get_info().name,
+            features: missing,
+        })
     }
 }
 

@@ -15,7 +15,11 @@ pub enum Submission {
 impl Submission {
     /// The best that a device with `features` offers.
     pub fn of(features: wgpu::Features) -> Self {
-        if features.contains(wgpu::Features::MULTI_DRAW_INDIRECT_COUNT) { Self::IndirectCount } else { Self::ZeroedTail }
+        if features.contains(wgpu::Features::MULTI_DRAW_INDIRECT_COUNT) {
+            Self::IndirectCount
+        } else {
+            Self::ZeroedTail
+        }
     }
 
     /// `indirect-count` or `zeroed-tail`.
@@ -69,9 +73,17 @@ impl DrawList<'_> {
         }
         match self.submission {
             Submission::IndirectCount => {
-                pass.multi_draw_indexed_indirect_count(self.commands, 0, self.count, 0, self.max_count);
+                pass.multi_draw_indexed_indirect_count(
+                    self.commands,
+                    0,
+                    self.count,
+                    0,
+                    self.max_count,
+                );
             }
-            Submission::ZeroedTail => pass.multi_draw_indexed_indirect(self.commands, 0, self.max_count),
+            Submission::ZeroedTail => {
+                pass.multi_draw_indexed_indirect(self.commands, 0, self.max_count)
+            }
         }
     }
 }
@@ -94,10 +106,17 @@ pub struct Draw<'a> {
 impl<'a> Draw<'a> {
     /// The depth attachment of the host's pass.
     pub fn depth_attachment(&self) -> wgpu::RenderPassDepthStencilAttachment<'a> {
-        let load = if self.clear { wgpu::LoadOp::Clear(self.depth.clear_value()) } else { wgpu::LoadOp::Load };
+        let load = if self.clear {
+            wgpu::LoadOp::Clear(self.depth.clear_value())
+        } else {
+            wgpu::LoadOp::Load
+        };
         wgpu::RenderPassDepthStencilAttachment {
             view: self.targets.depth,
-            depth_ops: Some(wgpu::Operations { load, store: wgpu::StoreOp::Store }),
+            depth_ops: Some(wgpu::Operations {
+                load,
+                store: wgpu::StoreOp::Store,
+            }),
             stencil_ops: None,
         }
     }
@@ -105,13 +124,23 @@ impl<'a> Draw<'a> {
     /// The item buffer as a colour attachment of the host's pass.
     pub fn item_attachment(&self) -> wgpu::RenderPassColorAttachment<'a> {
         // A clear colour is f64 and holds every u32 exactly.
-        let background = wgpu::Color { r: f64::from(hroc_format::NO_OBJECT), ..wgpu::Color::TRANSPARENT };
-        let load = if self.clear { wgpu::LoadOp::Clear(background) } else { wgpu::LoadOp::Load };
+        let background = wgpu::Color {
+            r: f64::from(hroc_format::NO_OBJECT),
+            ..wgpu::Color::TRANSPARENT
+        };
+        let load = if self.clear {
+            wgpu::LoadOp::Clear(background)
+        } else {
+            wgpu::LoadOp::Load
+        };
         wgpu::RenderPassColorAttachment {
             view: self.targets.item_buffer,
             depth_slice: None,
             resolve_target: None,
-            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+            ops: wgpu::Operations {
+                load,
+                store: wgpu::StoreOp::Store,
+            },
         }
     }
 }

@@ -33,11 +33,23 @@ pub(crate) struct ExtractGroups {
 }
 
 impl ExtractGroups {
-    pub fn new(device: &wgpu::Device, depth: DepthConvention, shape: SceneShape, buffers: &ExtractBuffers<'_>) -> Self {
+    pub fn new(
+        device: &wgpu::Device,
+        depth: DepthConvention,
+        shape: SceneShape,
+        buffers: &ExtractBuffers<'_>,
+    ) -> Self {
         use Access::{Read, ReadWrite, Uniform};
         let module = gpu::shader(device, "extract_groups");
-        let access = [Uniform, Read, Read, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite];
-        let layout = gpu::buffer_layout(device, "extract_groups", wgpu::ShaderStages::COMPUTE, &access);
+        let access = [
+            Uniform, Read, Read, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite,
+        ];
+        let layout = gpu::buffer_layout(
+            device,
+            "extract_groups",
+            wgpu::ShaderStages::COMPUTE,
+            &access,
+        );
         let constants = [depth_constant(depth)];
         let b = buffers;
         let group = gpu::buffer_group(
@@ -72,7 +84,11 @@ impl ExtractGroups {
 
     /// Once, before the first frame: the arguments of an empty group draw.
     pub fn initialize(&self, queue: &wgpu::Queue) {
-        queue.write_buffer(&self.no_groups, 0, bytemuck::bytes_of(&[BOX_VERTICES, 0, 0, 0]));
+        queue.write_buffer(
+            &self.no_groups,
+            0,
+            bytemuck::bytes_of(&[BOX_VERTICES, 0, 0, 0]),
+        );
     }
 
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
@@ -80,12 +96,25 @@ impl ExtractGroups {
         encoder.clear_buffer(&self.potentially_visible, 0, None);
         encoder.copy_buffer_to_buffer(&self.no_groups, 0, &self.group_draw, 0, 16);
         let mut pass = gpu::compute_pass(encoder, "extract_groups");
-        gpu::dispatch(&mut pass, &self.climb, &self.group, gpu::grid(self.shape.object_count, 64));
-        gpu::dispatch(&mut pass, &self.collect, &self.group, gpu::grid(self.shape.node_count(), 64));
+        gpu::dispatch(
+            &mut pass,
+            &self.climb,
+            &self.group,
+            gpu::grid(self.shape.object_count, 64),
+        );
+        gpu::dispatch(
+            &mut pass,
+            &self.collect,
+            &self.group,
+            gpu::grid(self.shape.node_count(), 64),
+        );
     }
 }
 
 /// The override constant of common/bounds.wgsl.
 pub(crate) fn depth_constant(depth: DepthConvention) -> (&'static str, f64) {
-    ("REVERSED_DEPTH", f64::from(u8::from(depth == DepthConvention::Reversed)))
+    (
+        "REVERSED_DEPTH",
+        f64::from(u8::from(depth == DepthConvention::Reversed)),
+    )
 }

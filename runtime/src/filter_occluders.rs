@@ -26,7 +26,11 @@ impl FilterOccluders {
         let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            ty: wgpu::BindingType::Buffer {
+                ty,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
             count: None,
         };
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
@@ -37,7 +41,10 @@ impl FilterOccluders {
                 buffer(2, wgpu::BufferBindingType::Uniform),
             ],
         });
-        Self { pipeline: gpu::compute(device, &module, "filter_occluders", &[&layout], &[]), layout }
+        Self {
+            pipeline: gpu::compute(device, &module, "filter_occluders", &[&layout], &[]),
+            layout,
+        }
     }
 
     /// Makes `visible` (one bit per object) the set of ids in the item buffer that are below the object
@@ -56,12 +63,26 @@ impl FilterOccluders {
             label: Some("filter_occluders"),
             layout: &self.layout,
             entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(targets.item_buffer) },
-                wgpu::BindGroupEntry { binding: 1, resource: visible.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 2, resource: limits.as_entire_binding() },
+                wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: wgpu::BindingResource::TextureView(targets.item_buffer),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: visible.as_entire_binding(),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 2,
+                    resource: limits.as_entire_binding(),
+                },
             ],
         });
         let mut pass = gpu::compute_pass(encoder, "filter_occluders");
-        gpu::dispatch(&mut pass, &self.pipeline, &group, targets.size.map(|n| n.div_ceil(8)));
+        gpu::dispatch(
+            &mut pass,
+            &self.pipeline,
+            &group,
+            targets.size.map(|n| n.div_ceil(8)),
+        );
     }
 }

@@ -97,26 +97,56 @@ impl FrameUniform {
 
         let reach = shape.reach + view.eye.abs().element_sum();
         let coverage_px = 2.0 * (SUBPIXEL_STEP_PX + 8.0 * U * width.max(height));
-        let coverage = coverage_px * (2.0 * view.half_width / width + 2.0 * view.half_height / height);
+        let coverage =
+            coverage_px * (2.0 * view.half_width / width + 2.0 * view.half_height / height);
         let (slope, padding_world, padding_per_depth) = if view.perspective {
             let slope = view.half_width.max(view.half_height);
             let direction = 3.0 * U * (1.0 + 3.0 * (view.half_width + view.half_height));
             (slope, 0.0, coverage + direction)
         } else {
-            (0.0, coverage + 12.0 * U * (view.half_width + view.half_height), 0.0)
+            (
+                0.0,
+                coverage + 12.0 * U * (view.half_width + view.half_height),
+                0.0,
+            )
         };
         let padding_world = padding_world + 40.0 * U * reach * (1.0 + slope);
 
-        let (origin, origin_dx, origin_dy, direction, direction_dx, direction_dy, along) = if view.perspective {
-            (view.eye, DVec3::ZERO, DVec3::ZERO, view.forward + corner, dx, dy, DVec4::new(view.z_offset, view.z_scale, 0.0, 1.0))
+        let (origin, origin_dx, origin_dy, direction, direction_dx, direction_dy, along) =
+            if view.perspective {
+                (
+                    view.eye,
+                    DVec3::ZERO,
+                    DVec3::ZERO,
+                    view.forward + corner,
+                    dx,
+                    dy,
+                    DVec4::new(view.z_offset, view.z_scale, 0.0, 1.0),
+                )
+            } else {
+                (
+                    view.eye + corner,
+                    dx,
+                    dy,
+                    view.forward,
+                    DVec3::ZERO,
+                    DVec3::ZERO,
+                    DVec4::new(view.z_offset, view.z_scale, 1.0, 0.0),
+                )
+            };
+        let z_reach = if view.perspective {
+            reach
         } else {
-            (view.eye + corner, dx, dy, view.forward, DVec3::ZERO, DVec3::ZERO, DVec4::new(view.z_offset, view.z_scale, 1.0, 0.0))
+            reach + view.near
         };
-        let z_reach = if view.perspective { reach } else { reach + view.near };
         Ok(Self {
             clip_from_world: view.clip_from_world().as_mat4().to_cols_array_2d(),
             planes: planes(&view).map(|plane| plane.as_vec4().to_array()),
-            forward: view.forward.extend(-view.forward.dot(view.eye)).as_vec4().to_array(),
+            forward: view
+                .forward
+                .extend(-view.forward.dot(view.eye))
+                .as_vec4()
+                .to_array(),
             ray_origin: origin.as_vec3().to_array(),
             padding_world: round_up(padding_world),
             ray_origin_dx: origin_dx.as_vec3().to_array(),
@@ -131,7 +161,9 @@ impl FrameUniform {
             ray_direction_dy: direction_dy.as_vec3().to_array(),
             depth_tolerance: (2.0 * U) as f32,
             depth_along_ray: along.as_vec4().to_array(),
-            depth_tolerance_over_w: round_up(9.0 * U * (2.0 * view.z_scale.abs() * z_reach + view.z_offset.abs())),
+            depth_tolerance_over_w: round_up(
+                9.0 * U * (2.0 * view.z_scale.abs() * z_reach + view.z_offset.abs()),
+            ),
             depth_tolerance_relative: (8.0 * U) as f32,
             size,
         })
@@ -150,7 +182,11 @@ fn planes(view: &crate::camera::View) -> [DVec4; 6] {
         }
     };
     let depth = view.forward.dot(view.eye);
-    let far = if view.far.is_finite() { (-view.forward).extend(view.far + depth) } else { DVec4::W };
+    let far = if view.far.is_finite() {
+        (-view.forward).extend(view.far + depth)
+    } else {
+        DVec4::W
+    };
     [
         side(view.right, view.half_width),
         side(-view.right, view.half_width),
@@ -164,5 +200,9 @@ fn planes(view: &crate::camera::View) -> [DVec4; 6] {
 /// The smallest f32 at or above a non-negative finite `x`.
 fn round_up(x: f64) -> f32 {
     let rounded = x as f32;
-    if f64::from(rounded) < x { rounded.next_up() } else { rounded }
+    if f64::from(rounded) < x {
+        rounded.next_up()
+    } else {
+        rounded
+    }
 }

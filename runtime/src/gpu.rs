@@ -3,7 +3,12 @@
 use wgpu::BufferUsages as Usage;
 
 /// A zeroed storage buffer of at least 64 bytes, clearable and readable.
-pub(crate) fn storage(device: &wgpu::Device, label: &str, bytes: u64, extra: Usage) -> wgpu::Buffer {
+pub(crate) fn storage(
+    device: &wgpu::Device,
+    label: &str,
+    bytes: u64,
+    extra: Usage,
+) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: bytes.next_multiple_of(4).max(64),
@@ -20,7 +25,12 @@ pub(crate) fn uniform(device: &wgpu::Device, label: &str, contents: &[u8]) -> wg
         usage: Usage::UNIFORM | Usage::COPY_DST,
         mapped_at_creation: true,
     });
-    buffer.slice(..).get_mapped_range_mut().expect("mapped at creation").slice(..).copy_from_slice(contents);
+    buffer
+        .slice(..)
+        .get_mapped_range_mut()
+        .expect("mapped at creation")
+        .slice(..)
+        .copy_from_slice(contents);
     buffer.unmap();
     buffer
 }
@@ -28,7 +38,10 @@ pub(crate) fn uniform(device: &wgpu::Device, label: &str, contents: &[u8]) -> wg
 /// The module `name` of hroc-shaders.
 pub(crate) fn shader(device: &wgpu::Device, name: &'static str) -> wgpu::ShaderModule {
     let wgsl = hroc_shaders::source(name).expect("the module is in hroc-shaders");
-    device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source: wgpu::ShaderSource::Wgsl(wgsl.into()) })
+    device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(name),
+        source: wgpu::ShaderSource::Wgsl(wgsl.into()),
+    })
 }
 
 /// How a stage sees a buffer.
@@ -68,7 +81,10 @@ pub(crate) fn buffer_layout(
             count: None,
         })
         .collect::<Vec<_>>();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some(label),
+        entries: &entries,
+    })
 }
 
 /// A bind group of whole buffers at bindings 0, 1, 2, ...
@@ -81,9 +97,16 @@ pub(crate) fn buffer_group(
     let entries = buffers
         .iter()
         .zip(0..)
-        .map(|(buffer, binding)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .map(|(buffer, binding)| wgpu::BindGroupEntry {
+            binding,
+            resource: buffer.as_entire_binding(),
+        })
         .collect::<Vec<_>>();
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(label),
+        layout,
+        entries: &entries,
+    })
 }
 
 /// A compute pipeline for `entry` of `module`.
@@ -94,7 +117,10 @@ pub(crate) fn compute(
     layouts: &[&wgpu::BindGroupLayout],
     constants: &[(&str, f64)],
 ) -> wgpu::ComputePipeline {
-    let layouts = layouts.iter().map(|layout| Some(*layout)).collect::<Vec<_>>();
+    let layouts = layouts
+        .iter()
+        .map(|layout| Some(*layout))
+        .collect::<Vec<_>>();
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(entry),
         bind_group_layouts: &layouts,
@@ -105,7 +131,10 @@ pub(crate) fn compute(
         layout: Some(&layout),
         module,
         entry_point: Some(entry),
-        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+        compilation_options: wgpu::PipelineCompilationOptions {
+            constants,
+            ..Default::default()
+        },
         cache: None,
     })
 }
@@ -131,6 +160,12 @@ pub(crate) fn dispatch(
 }
 
 /// Begins a compute pass.
-pub(crate) fn compute_pass<'e>(encoder: &'e mut wgpu::CommandEncoder, label: &'static str) -> wgpu::ComputePass<'e> {
-    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(label), timestamp_writes: None })
+pub(crate) fn compute_pass<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    label: &'static str,
+) -> wgpu::ComputePass<'e> {
+    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+        label: Some(label),
+        timestamp_writes: None,
+    })
 }

@@ -60,23 +60,45 @@ pub struct Hroc {
 
 impl Hroc {
     /// HROC over `scene` with the hierarchy `tree`, both on `device`.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene, tree: &Tree, options: HrocOptions) -> Self {
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        scene: &Scene,
+        tree: &Tree,
+        options: HrocOptions,
+    ) -> Self {
         let shape = scene.shape;
         let none = wgpu::BufferUsages::empty();
         let set = |label| gpu::storage(device, label, u64::from(shape.object_words()) * 4, none);
         let frame = gpu::uniform(device, "frame", &[0; size_of::<FrameUniform>()]);
-        let limits = gpu::uniform(device, "object count", bytes_of(&[shape.object_count, 0, 0, 0]));
+        let limits = gpu::uniform(
+            device,
+            "object count",
+            bytes_of(&[shape.object_count, 0, 0, 0]),
+        );
         let potential_occluders = set("potential_occluders");
         let effective_occluders = set("effective_occluders");
         let potentially_visible = set("potentially_visible");
         let visible = set("visible");
-        let visible_nodes = gpu::storage(device, "visible_nodes", u64::from(shape.node_count().div_ceil(32)) * 4, none);
+        let visible_nodes = gpu::storage(
+            device,
+            "visible_nodes",
+            u64::from(shape.node_count().div_ceil(32)) * 4,
+            none,
+        );
         // Groups are disjoint subtrees: no more than there are leaves.
-        let groups = gpu::storage(device, "occludee_groups", u64::from(shape.object_count) * 4, none);
+        let groups = gpu::storage(
+            device,
+            "occludee_groups",
+            u64::from(shape.object_count) * 4,
+            none,
+        );
         let group_draw = gpu::storage(device, "group_draw", 16, wgpu::BufferUsages::INDIRECT);
         let work = gpu::storage(device, "work", 16, none);
 
-        let submission = options.submission.unwrap_or_else(|| Submission::of(device.features()));
+        let submission = options
+            .submission
+            .unwrap_or_else(|| Submission::of(device.features()));
         let pack = Pack::new(device);
         let extract_buffers = ExtractBuffers {
             frame: &frame,
@@ -130,35 +152,68 @@ impl CullingMethod for Hroc {
         HostSync::Never
     }
 
-    fn encode(&mut self, frame: &mut FrameContext<'_>, drawer: &mut dyn Drawer) -> Result<(), CameraError> {
+    fn encode(
+        &mut self,
+        frame: &mut FrameContext<'_>,
+        drawer: &mut dyn Drawer,
+    ) -> Result<(), CameraError> {
         let (targets, device) = (frame.targets, frame.device);
         let uniform = FrameUniform::new(frame.camera, self.depth, targets.size, &self.shape)?;
         frame.queue.write_buffer(&self.frame, 0, bytes_of(&uniform));
-        let occluders = Draw { stage: Stage::OcclusionMap, clear: true, list: self.occluder_list.list(), targets, depth: self.depth };
-        let occludees = Draw { stage: Stage::RenderOccludees, clear: false, list: self.occludee_list.list(), ..occluders };
+        let occluders = Draw {
+            stage: Stage::OcclusionMap,
+            clear: true,
+            list: self.occluder_list.list(),
+            targets,
+            depth: self.depth,
+        };
+        let occludees = Draw {
+            stage: Stage::RenderOccludees,
+            clear: false,
+            list: self.occludee_list.list(),
+            ..occluders
+        };
 
         frame.stage(Stage::Pack, |encoder| {
-            encoder.copy_buffer_to_buffer(&self.visible, 0, &self.potential_occluders, 0, self.visible.size());
+            encoder.copy_buffer_to_buffer(
+                &self.visible,
+                0,
+                &self.potential_occluders,
+                0,
+                self.visible.size(),
+            );
             self.occluder_list.record(encoder);
         });
-        frame.stage(Stage::OcclusionMap, |encoder| drawer.draw(encoder, &occluders));
+        frame.stage(Stage::OcclusionMap, |encoder| {
+            drawer.draw(encoder, &occluders)
+        });
         if self.shape.object_count == 0 {
             return Ok(());
         }
         frame.stage(Stage::FilterOccluders, |encoder| {
-            self.filter.record(device, encoder, &targets, &self.effective_occluders, &self.limits);
+            self.filter.record(
+                device,
+                encoder,
+                &targets,
+                &self.effective_occluders,
+                &self.limits,
+            );
         });
         frame.stage(Stage::ExtractGroups, |encoder| self.extract.record(encoder));
         frame.stage(Stage::BatchOcclusionTest, |encoder| {
             if self.count_work {
                 encoder.clear_buffer(&self.work, 0, None);
             }
-            self.test.record(device, encoder, &targets, &self.group_draw);
+            self.test
+                .record(device, encoder, &targets, &self.group_draw);
         });
         frame.stage(Stage::Pack, |encoder| self.occludee_list.record(encoder));
-        frame.stage(Stage::RenderOccludees, |encoder| drawer.draw(encoder, &occludees));
+        frame.stage(Stage::RenderOccludees, |encoder| {
+            drawer.draw(encoder, &occludees)
+        });
         frame.stage(Stage::FilterOccluders, |encoder| {
-            self.filter.record(device, encoder, &targets, &self.visible, &self.limits);
+            self.filter
+                .record(device, encoder, &targets, &self.visible, &self.limits);
         });
         Ok(())
     }
@@ -184,9 +239,24 @@ impl CullingMethod for Hroc {
     }
 
     fn memory_bytes(&self) -> u64 {
-        let sets = [&self.potential_occluders, &self.effective_occluders, &self.potentially_visible, &self.visible];
-        let others = [&self.frame, &self.limits, &self.visible_nodes, &self.groups, &self.group_draw, &self.work];
-        sets.iter().chain(&others).map(|buffer| buffer.size()).sum::<u64>()
+        let sets = [
+            &self.potential_occluders,
+            &self.effective_occluders,
+            &self.potentially_visible,
+            &self.visible,
+        ];
+        let others = [
+            &self.frame,
+            &self.limits,
+            &self.visible_nodes,
+            &self.groups,
+            &self.group_draw,
+            &self.work,
+        ];
+        sets.iter()
+            .chain(&others)
+            .map(|buffer| buffer.size())
+            .sum::<u64>()
             + self.occluder_list.memory_bytes()
             + self.occludee_list.memory_bytes()
     }

@@ -27,9 +27,9 @@ pub mod twin;
 
 pub use camera::{Camera, CameraError, DepthConvention, Projection};
 pub use draw::{Draw, DrawList, Drawer, Submission, Targets};
+pub use frame_uniform::FrameUniform;
 pub use hroc::{Hroc, HrocOptions};
 pub use method::{CullingMethod, FrameContext, HostSync, Sets};
 pub use noc::Noc;
 pub use scene::{Scene, SceneShape, Tree, UploadError};
 pub use stage::{Stage, StageObserver};
-pub use frame_uniform::FrameUniform;

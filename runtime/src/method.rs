@@ -77,7 +77,11 @@ pub trait CullingMethod {
     ///
     /// # Errors
     /// If the camera or the target size is degenerate; nothing was recorded then.
-    fn encode(&mut self, frame: &mut FrameContext<'_>, drawer: &mut dyn Drawer) -> Result<(), CameraError>;
+    fn encode(
+        &mut self,
+        frame: &mut FrameContext<'_>,
+        drawer: &mut dyn Drawer,
+    ) -> Result<(), CameraError>;
 
     /// The sets of the last frame.
     fn sets(&self) -> Sets<'_>;

@@ -22,11 +22,22 @@ impl Noc {
     /// Draws all of `scene`.
     pub fn new(device: &wgpu::Device, scene: &Scene, depth: DepthConvention) -> Self {
         let count = scene.shape.object_count;
-        let everything = gpu::storage(device, "everything", u64::from(scene.shape.object_words()) * 4, wgpu::BufferUsages::empty());
+        let everything = gpu::storage(
+            device,
+            "everything",
+            u64::from(scene.shape.object_words()) * 4,
+            wgpu::BufferUsages::empty(),
+        );
         let submission = Submission::of(device.features());
         let list = PackedList::new(device, &Pack::new(device), scene, &everything, submission);
         debug_assert!(list.list().max_count == count);
-        Self { list, everything, packed: false, depth, scene: scene.clone() }
+        Self {
+            list,
+            everything,
+            packed: false,
+            depth,
+            scene: scene.clone(),
+        }
     }
 
     /// All objects as a set, 32 to a word.
@@ -50,21 +61,38 @@ impl CullingMethod for Noc {
         HostSync::Never
     }
 
-    fn encode(&mut self, frame: &mut FrameContext<'_>, drawer: &mut dyn Drawer) -> Result<(), CameraError> {
+    fn encode(
+        &mut self,
+        frame: &mut FrameContext<'_>,
+        drawer: &mut dyn Drawer,
+    ) -> Result<(), CameraError> {
         let shape = &self.scene.shape;
-        frame.camera.clip_from_world(self.depth, frame.targets.size, shape.origin, shape.radius)?;
+        frame
+            .camera
+            .clip_from_world(self.depth, frame.targets.size, shape.origin, shape.radius)?;
         if !self.packed {
-            frame.queue.write_buffer(&self.everything, 0, bytemuck::cast_slice(&self.all()));
+            frame
+                .queue
+                .write_buffer(&self.everything, 0, bytemuck::cast_slice(&self.all()));
             frame.stage(Stage::Pack, |encoder| self.list.record(encoder));
             self.packed = true;
         }
-        let draw = Draw { stage: Stage::DrawAll, clear: true, list: self.list.list(), targets: frame.targets, depth: self.depth };
+        let draw = Draw {
+            stage: Stage::DrawAll,
+            clear: true,
+            list: self.list.list(),
+            targets: frame.targets,
+            depth: self.depth,
+        };
         frame.stage(Stage::DrawAll, |encoder| drawer.draw(encoder, &draw));
         Ok(())
     }
 
     fn sets(&self) -> Sets<'_> {
-        Sets { potential_occluders: Some(&self.everything), ..Sets::default() }
+        Sets {
+            potential_occluders: Some(&self.everything),
+            ..Sets::default()
+        }
     }
 
     fn depth(&self) -> DepthConvention {

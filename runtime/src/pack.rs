@@ -47,18 +47,42 @@ pub(crate) struct PackedList {
 
 impl PackedList {
     /// A list of the members of `members` (one bit per object of `scene`).
-    pub fn new(device: &wgpu::Device, pipelines: &Pack, scene: &Scene, members: &wgpu::Buffer, submission: Submission) -> Self {
+    pub fn new(
+        device: &wgpu::Device,
+        pipelines: &Pack,
+        scene: &Scene,
+        members: &wgpu::Buffer,
+        submission: Submission,
+    ) -> Self {
         let words = scene.shape.object_words();
         let indirect = wgpu::BufferUsages::INDIRECT;
-        let commands = gpu::storage(device, "draw commands", u64::from(scene.shape.object_count) * COMMAND_BYTES, indirect);
+        let commands = gpu::storage(
+            device,
+            "draw commands",
+            u64::from(scene.shape.object_count) * COMMAND_BYTES,
+            indirect,
+        );
         let count = gpu::storage(device, "draw count", 4, indirect);
-        let bases = gpu::storage(device, "pack bases", u64::from(words) * 4, wgpu::BufferUsages::empty());
+        let bases = gpu::storage(
+            device,
+            "pack bases",
+            u64::from(words) * 4,
+            wgpu::BufferUsages::empty(),
+        );
         let limits = gpu::uniform(device, "pack words", bytemuck::bytes_of(&[words, 0, 0, 0]));
         let group = gpu::buffer_group(
             device,
             "pack",
             &pipelines.layout,
-            &[members, &bases, &count, &commands, &scene.objects, &scene.meshes, &limits],
+            &[
+                members,
+                &bases,
+                &count,
+                &commands,
+                &scene.objects,
+                &scene.meshes,
+                &limits,
+            ],
         );
         Self {
             pipelines: pipelines.clone(),
@@ -82,12 +106,22 @@ impl PackedList {
         }
         let mut pass = gpu::compute_pass(encoder, "pack");
         gpu::dispatch(&mut pass, &self.pipelines.scan, &self.group, [1, 1]);
-        gpu::dispatch(&mut pass, &self.pipelines.emit, &self.group, [self.words.div_ceil(64), 1]);
+        gpu::dispatch(
+            &mut pass,
+            &self.pipelines.emit,
+            &self.group,
+            [self.words.div_ceil(64), 1],
+        );
     }
 
     /// What the last `record` wrote.
     pub fn list(&self) -> DrawList<'_> {
-        DrawList { commands: &self.commands, count: &self.count, max_count: self.capacity, submission: self.submission }
+        DrawList {
+            commands: &self.commands,
+            count: &self.count,
+            max_count: self.capacity,
+            submission: self.submission,
+        }
     }
 
     pub fn memory_bytes(&self) -> u64 {

@@ -6,7 +6,9 @@
 /// If the device is lost while waiting.
 pub fn buffer(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> Vec<u8> {
     let staging = staging(device, buffer.size());
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("readback") });
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor {
+        label: Some("readback"),
+    });
     encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
     queue.submit([encoder.finish()]);
     map(device, &staging)
@@ -26,7 +28,9 @@ pub fn set(device: &wgpu::Device, queue: &wgpu::Queue, members: &wgpu::Buffer) -
 /// The ids in a set given as words.
 pub fn members_of(words: &[u32]) -> impl Iterator<Item = u32> {
     words.iter().zip(0u32..).flat_map(|(&word, index)| {
-        (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| index * 32 + bit)
+        (0..32)
+            .filter(move |bit| word >> bit & 1 == 1)
+            .map(move |bit| index * 32 + bit)
     })
 }
 
@@ -36,7 +40,9 @@ pub fn members_of(words: &[u32]) -> impl Iterator<Item = u32> {
 /// # Panics
 /// If the device is lost while waiting.
 pub fn texture(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture) -> Vec<u8> {
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("readback") });
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor {
+        label: Some("readback"),
+    });
     let copy = TextureCopy::record(device, &mut encoder, texture);
     queue.submit([encoder.finish()]);
     copy.wait(device)
@@ -52,17 +58,32 @@ pub struct TextureCopy {
 
 impl TextureCopy {
     /// Records the copy, so that the texture is caught as it is at this point of the frame.
-    pub fn record(device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) -> Self {
+    pub fn record(
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        texture: &wgpu::Texture,
+    ) -> Self {
         let row_bytes = texture.width() * 4;
         let padded = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let staging = staging(device, u64::from(padded) * u64::from(texture.height()));
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None };
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(padded),
+            rows_per_image: None,
+        };
         encoder.copy_texture_to_buffer(
             texture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo { buffer: &staging, layout },
+            wgpu::TexelCopyBufferInfo {
+                buffer: &staging,
+                layout,
+            },
             texture.size(),
         );
-        Self { staging, row_bytes: row_bytes as usize, padded_row_bytes: padded as usize }
+        Self {
+            staging,
+            row_bytes: row_bytes as usize,
+            padded_row_bytes: padded as usize,
+        }
     }
 
     /// The texels, once the encoder was submitted.
@@ -71,7 +92,11 @@ impl TextureCopy {
     /// If the device is lost while waiting.
     pub fn wait(self, device: &wgpu::Device) -> Vec<u8> {
         let padded = map(device, &self.staging);
-        padded.chunks_exact(self.padded_row_bytes).flat_map(|row| &row[..self.row_bytes]).copied().collect()
+        padded
+            .chunks_exact(self.padded_row_bytes)
+            .flat_map(|row| &row[..self.row_bytes])
+            .copied()
+            .collect()
     }
 }
 
@@ -85,7 +110,15 @@ fn staging(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
 }
 
 fn map(device: &wgpu::Device, staging: &wgpu::Buffer) -> Vec<u8> {
-    staging.slice(..).map_async(wgpu::MapMode::Read, |result| result.expect("a staging buffer maps"));
-    device.poll(wgpu::PollType::wait_indefinitely()).expect("the device answers");
-    staging.slice(..).get_mapped_range().expect("the mapping was waited for").to_vec()
+    staging.slice(..).map_async(wgpu::MapMode::Read, |result| {
+        result.expect("a staging buffer maps")
+    });
+    device
+        .poll(wgpu::PollType::wait_indefinitely())
+        .expect("the device answers");
+    staging
+        .slice(..)
+        .get_mapped_range()
+        .expect("the mapping was waited for")
+        .to_vec()
 }

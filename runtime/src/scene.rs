@@ -10,7 +10,9 @@ use hroc_format::{ArchivedScene, BvhNode, Mesh, Object};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum UploadError {
     /// A buffer is larger than the device allows.
-    #[error("{what} of {bytes} bytes exceed this device's limit of {limit} bytes; request the adapter's own limits, or split the scene")]
+    #[error(
+        "{what} of {bytes} bytes exceed this device's limit of {limit} bytes; request the adapter's own limits, or split the scene"
+    )]
     TooLarge {
         /// Which array.
         what: &'static str,
@@ -46,7 +48,10 @@ impl SceneShape {
     /// The shape of a baked scene.
     pub fn of(baked: &ArchivedScene) -> Self {
         let corner = |i: usize| {
-            let [lo, hi] = [baked.bounds.min[i].to_native(), baked.bounds.max[i].to_native()];
+            let [lo, hi] = [
+                baked.bounds.min[i].to_native(),
+                baked.bounds.max[i].to_native(),
+            ];
             f64::from(lo.abs().max(hi.abs()))
         };
         let far = DVec3::new(corner(0), corner(1), corner(2));
@@ -109,11 +114,33 @@ impl Scene {
         let normals = cast_slice::<_, u8>(baked.normals.as_slice());
         Ok(Self {
             shape: SceneShape::of(baked),
-            positions: upload(device, "vertex positions", cast_slice(baked.positions.as_slice()), Usage::VERTEX)?,
-            normals: (!normals.is_empty()).then(|| upload(device, "vertex normals", normals, Usage::VERTEX)).transpose()?,
-            indices: upload(device, "indices", cast_slice(baked.indices.as_slice()), Usage::INDEX)?,
-            objects: upload(device, "objects", cast_slice(baked.objects.as_slice()), Usage::STORAGE)?,
-            meshes: upload(device, "meshes", cast_slice(baked.meshes.as_slice()), Usage::STORAGE)?,
+            positions: upload(
+                device,
+                "vertex positions",
+                cast_slice(baked.positions.as_slice()),
+                Usage::VERTEX,
+            )?,
+            normals: (!normals.is_empty())
+                .then(|| upload(device, "vertex normals", normals, Usage::VERTEX))
+                .transpose()?,
+            indices: upload(
+                device,
+                "indices",
+                cast_slice(baked.indices.as_slice()),
+                Usage::INDEX,
+            )?,
+            objects: upload(
+                device,
+                "objects",
+                cast_slice(baked.objects.as_slice()),
+                Usage::STORAGE,
+            )?,
+            meshes: upload(
+                device,
+                "meshes",
+                cast_slice(baked.meshes.as_slice()),
+                Usage::STORAGE,
+            )?,
         })
     }
 
@@ -129,7 +156,10 @@ impl Scene {
     /// GPU memory of the geometry (positions, normals, indices) and of objects and meshes, bytes.
     pub fn memory_bytes(&self) -> [u64; 2] {
         let normals = self.normals.as_ref().map_or(0, wgpu::Buffer::size);
-        [self.positions.size() + normals + self.indices.size(), self.objects.size() + self.meshes.size()]
+        [
+            self.positions.size() + normals + self.indices.size(),
+            self.objects.size() + self.meshes.size(),
+        ]
     }
 }
 
@@ -152,21 +182,48 @@ impl Tree {
     ///
     /// # Errors
     /// If the file has no such tree or an array breaks a limit of the device.
-    pub fn upload(device: &wgpu::Device, baked: &ArchivedScene, split: &str) -> Result<Self, UploadError> {
+    pub fn upload(
+        device: &wgpu::Device,
+        baked: &ArchivedScene,
+        split: &str,
+    ) -> Result<Self, UploadError> {
         let usage = wgpu::BufferUsages::STORAGE;
         let Some(bvh) = baked.bvhs.iter().find(|bvh| bvh.split == split) else {
             if baked.objects.is_empty() {
                 let empty = |what| upload(device, what, &[], usage);
-                return Ok(Self { split: split.to_owned(), nodes: empty("nodes")?, parents: empty("parents")?, leaf_of_object: empty("leaves")? });
+                return Ok(Self {
+                    split: split.to_owned(),
+                    nodes: empty("nodes")?,
+                    parents: empty("parents")?,
+                    leaf_of_object: empty("leaves")?,
+                });
             }
-            let baked = baked.bvhs.iter().map(|bvh| bvh.split.as_str()).collect::<Vec<_>>().join(", ");
-            return Err(UploadError::NoTree { wanted: split.to_owned(), baked });
+            let baked = baked
+                .bvhs
+                .iter()
+                .map(|bvh| bvh.split.as_str())
+                .collect::<Vec<_>>()
+                .join(", ");
+            return Err(UploadError::NoTree {
+                wanted: split.to_owned(),
+                baked,
+            });
         };
         Ok(Self {
             split: split.to_owned(),
             nodes: upload(device, "BVH nodes", cast_slice(bvh.nodes.as_slice()), usage)?,
-            parents: upload(device, "BVH parents", cast_slice(bvh.parents.as_slice()), usage)?,
-            leaf_of_object: upload(device, "BVH leaves", cast_slice(bvh.leaf_of_object.as_slice()), usage)?,
+            parents: upload(
+                device,
+                "BVH parents",
+                cast_slice(bvh.parents.as_slice()),
+                usage,
+            )?,
+            leaf_of_object: upload(
+                device,
+                "BVH leaves",
+                cast_slice(bvh.leaf_of_object.as_slice()),
+                usage,
+            )?,
         })
     }
 
@@ -176,19 +233,31 @@ impl Tree {
     }
 }
 
-const _: () = assert!(size_of::<Object>() == 64 && size_of::<Mesh>() == 48 && size_of::<BvhNode>() == 32);
+const _: () =
+    assert!(size_of::<Object>() == 64 && size_of::<Mesh>() == 48 && size_of::<BvhNode>() == 32);
 
 /// A buffer with `bytes` in it; at least 64 bytes, since empty buffers cannot be bound.
-fn upload(device: &wgpu::Device, what: &'static str, bytes: &[u8], usage: wgpu::BufferUsages) -> Result<wgpu::Buffer, UploadError> {
+fn upload(
+    device: &wgpu::Device,
+    what: &'static str,
+    bytes: &[u8],
+    usage: wgpu::BufferUsages,
+) -> Result<wgpu::Buffer, UploadError> {
     let size = (bytes.len() as u64).next_multiple_of(4).max(64);
     let limits = device.limits();
     let limit = if usage.contains(wgpu::BufferUsages::STORAGE) {
-        limits.max_buffer_size.min(limits.max_storage_buffer_binding_size)
+        limits
+            .max_buffer_size
+            .min(limits.max_storage_buffer_binding_size)
     } else {
         limits.max_buffer_size
     };
     if size > limit {
-        return Err(UploadError::TooLarge { what, bytes: size, limit });
+        return Err(UploadError::TooLarge {
+            what,
+            bytes: size,
+            limit,
+        });
     }
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(what),
@@ -196,7 +265,10 @@ fn upload(device: &wgpu::Device, what: &'static str, bytes: &[u8], usage: wgpu::
         usage: usage | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: true,
     });
-    let mut mapped = buffer.slice(..).get_mapped_range_mut().expect("mapped at creation");
+    let mut mapped = buffer
+        .slice(..)
+        .get_mapped_range_mut()
+        .expect("mapped at creation");
     mapped.slice(..bytes.len()).copy_from_slice(bytes);
     drop(mapped);
     buffer.unmap();

@@ -42,14 +42,21 @@ pub fn source(name: &str) -> Option<String> {
 /// # Errors
 /// The name of the first import that does not exist.
 pub fn resolve(text: &str) -> Result<String, String> {
-    match text.lines().filter_map(|line| line.strip_prefix(IMPORT)).find(|name| module(name.trim()).is_none()) {
+    match text
+        .lines()
+        .filter_map(|line| line.strip_prefix(IMPORT))
+        .find(|name| module(name.trim()).is_none())
+    {
         Some(missing) => Err(missing.trim().to_owned()),
         None => Ok(resolve_into(text, &mut Vec::new())),
     }
 }
 
 fn module(name: &str) -> Option<&'static str> {
-    MODULES.iter().find(|(module, _)| *module == name).map(|(_, text)| *text)
+    MODULES
+        .iter()
+        .find(|(module, _)| *module == name)
+        .map(|(_, text)| *text)
 }
 
 fn resolve_into(text: &str, imported: &mut Vec<String>) -> String {
@@ -62,7 +69,8 @@ fn resolve_into(text: &str, imported: &mut Vec<String>) -> String {
         };
         if !imported.iter().any(|done| done == name) {
             imported.push(name.to_owned());
-            let text = module(name).unwrap_or_else(|| panic!("shader module '{name}' does not exist"));
+            let text =
+                module(name).unwrap_or_else(|| panic!("shader module '{name}' does not exist"));
             resolved.push_str(&resolve_into(text, imported));
         }
     }
@@ -77,16 +85,23 @@ mod tests {
     fn every_module_resolves_and_validates() {
         for (name, _) in MODULES {
             let wgsl = source(name).unwrap();
-            let parsed = naga::front::wgsl::parse_str(&wgsl).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&wgsl)));
-            naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default())
-                .validate(&parsed)
+            let parsed = naga::front::wgsl::parse_str(&wgsl)
                 .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&wgsl)));
+            naga::valid::Validator::new(
+                naga::valid::ValidationFlags::all(),
+                naga::valid::Capabilities::default(),
+            )
+            .validate(&parsed)
+            .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&wgsl)));
         }
     }
 
     #[test]
     fn a_missing_import_is_named() {
-        assert_eq!(resolve("//!import common/nothing\n"), Err("common/nothing".to_owned()));
+        assert_eq!(
+            resolve("//!import common/nothing\n"),
+            Err("common/nothing".to_owned())
+        );
         assert!(source("nothing").is_none());
     }
 }

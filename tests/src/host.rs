@@ -3,7 +3,9 @@
 
 use hroc_format::BakedScene;
 use hroc_runtime::readback::{self, TextureCopy};
-use hroc_runtime::{Camera, CullingMethod, DepthConvention, Draw, Drawer, FrameContext, Scene, Stage, Targets, Tree};
+use hroc_runtime::{
+    Camera, CullingMethod, DepthConvention, Draw, Drawer, FrameContext, Scene, Stage, Targets, Tree,
+};
 
 use crate::Gpu;
 
@@ -35,12 +37,23 @@ impl World {
     /// If the device cannot hold it.
     pub fn new(gpu: &Gpu, baked: BakedScene) -> Self {
         let archived = baked.scene();
-        let mut splits = archived.bvhs.iter().map(|bvh| bvh.split.as_str()).collect::<Vec<_>>();
+        let mut splits = archived
+            .bvhs
+            .iter()
+            .map(|bvh| bvh.split.as_str())
+            .collect::<Vec<_>>();
         if splits.is_empty() {
             splits.push("sah");
         }
-        let trees = splits.iter().map(|split| Tree::upload(&gpu.device, archived, split).unwrap()).collect();
-        Self { scene: Scene::upload(&gpu.device, archived).unwrap(), trees, baked }
+        let trees = splits
+            .iter()
+            .map(|split| Tree::upload(&gpu.device, archived, split).unwrap())
+            .collect();
+        Self {
+            scene: Scene::upload(&gpu.device, archived).unwrap(),
+            trees,
+            baked,
+        }
     }
 }
 
@@ -70,7 +83,11 @@ pub struct Frame {
 impl Frame {
     /// V united with U, ascending.
     pub fn pvs(&self) -> Vec<u32> {
-        let mut pvs = [self.potential_occluders.as_slice(), &self.potentially_visible].concat();
+        let mut pvs = [
+            self.potential_occluders.as_slice(),
+            &self.potentially_visible,
+        ]
+        .concat();
         pvs.sort_unstable();
         pvs.dedup();
         pvs
@@ -109,12 +126,18 @@ impl<'g> Host<'g> {
         let texture = |label, format| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
-                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+                size: wgpu::Extent3d {
+                    width: size[0],
+                    height: size[1],
+                    depth_or_array_layers: 1,
+                },
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,
                 format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                    | wgpu::TextureUsages::TEXTURE_BINDING
+                    | wgpu::TextureUsages::COPY_SRC,
                 view_formats: &[],
             })
         };
@@ -161,8 +184,14 @@ impl<'g> Host<'g> {
             label: Some("draw"),
             layout: &pipeline.get_bind_group_layout(0),
             entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: clip_from_world.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: scene.objects.as_entire_binding() },
+                wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: clip_from_world.as_entire_binding(),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: scene.objects.as_entire_binding(),
+                },
             ],
         });
         Self {
@@ -187,28 +216,60 @@ impl<'g> Host<'g> {
     pub fn render(&self, method: &mut dyn CullingMethod, camera: &Camera) -> Frame {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let shape = &self.scene.shape;
-        let clip = camera.clip_from_world(self.depth, self.size, shape.origin, shape.radius).unwrap();
-        queue.write_buffer(&self.clip_from_world, 0, bytemuck::bytes_of(&clip.as_mat4().to_cols_array()));
+        let clip = camera
+            .clip_from_world(self.depth, self.size, shape.origin, shape.radius)
+            .unwrap();
+        queue.write_buffer(
+            &self.clip_from_world,
+            0,
+            bytemuck::bytes_of(&clip.as_mat4().to_cols_array()),
+        );
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let mut drawer = RecordingDrawer { host: self, occlusion_map: None };
-        let targets = Targets { depth: &self.depth_view, item_buffer: &self.item_view, size: self.size };
-        let mut context = FrameContext { device, queue, encoder: &mut encoder, camera, targets, observer: None };
+        let mut drawer = RecordingDrawer {
+            host: self,
+            occlusion_map: None,
+        };
+        let targets = Targets {
+            depth: &self.depth_view,
+            item_buffer: &self.item_view,
+            size: self.size,
+        };
+        let mut context = FrameContext {
+            device,
+            queue,
+            encoder: &mut encoder,
+            camera,
+            targets,
+            observer: None,
+        };
         method.encode(&mut context, &mut drawer).unwrap();
         let occlusion_map = drawer.occlusion_map.take();
-        let copies = [&self.depth_texture, &self.item_texture].map(|texture| TextureCopy::record(device, &mut encoder, texture));
+        let copies = [&self.depth_texture, &self.item_texture]
+            .map(|texture| TextureCopy::record(device, &mut encoder, texture));
         queue.submit([encoder.finish()]);
         let [depth, item] = copies.map(|copy| copy.wait(device));
         let sets = method.sets();
-        let set = |buffer: Option<&wgpu::Buffer>| buffer.map_or_else(Vec::new, |buffer| readback::set(device, queue, buffer));
-        let group_count = sets.group_draw.map_or(0, |buffer| readback::words(device, queue, buffer)[1]);
-        let mut groups = sets.groups.map_or_else(Vec::new, |buffer| readback::words(device, queue, buffer));
+        let set = |buffer: Option<&wgpu::Buffer>| {
+            buffer.map_or_else(Vec::new, |buffer| readback::set(device, queue, buffer))
+        };
+        let group_count = sets
+            .group_draw
+            .map_or(0, |buffer| readback::words(device, queue, buffer)[1]);
+        let mut groups = sets
+            .groups
+            .map_or_else(Vec::new, |buffer| readback::words(device, queue, buffer));
         groups.truncate(group_count as usize);
         groups.sort_unstable();
-        let work = sets.work.map_or_else(|| vec![0; 3], |buffer| readback::words(device, queue, buffer));
+        let work = sets.work.map_or_else(
+            || vec![0; 3],
+            |buffer| readback::words(device, queue, buffer),
+        );
         Frame {
             depth: bytemuck::pod_collect_to_vec(&depth),
             item: bytemuck::pod_collect_to_vec(&item),
-            occlusion_map: occlusion_map.map_or_else(Vec::new, |copy| bytemuck::pod_collect_to_vec(&copy.wait(device))),
+            occlusion_map: occlusion_map.map_or_else(Vec::new, |copy| {
+                bytemuck::pod_collect_to_vec(&copy.wait(device))
+            }),
             potential_occluders: set(sets.potential_occluders),
             effective_occluders: set(sets.effective_occluders),
             potentially_visible: set(sets.potentially_visible),
@@ -229,7 +290,11 @@ impl Drawer for RecordingDrawer<'_> {
     fn draw(&mut self, encoder: &mut wgpu::CommandEncoder, draw: &Draw<'_>) {
         let host = self.host;
         if draw.stage == Stage::RenderOccludees {
-            self.occlusion_map = Some(TextureCopy::record(&host.gpu.device, encoder, &host.depth_texture));
+            self.occlusion_map = Some(TextureCopy::record(
+                &host.gpu.device,
+                encoder,
+                &host.depth_texture,
+            ));
         }
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(draw.stage.name()),
@@ -259,10 +324,18 @@ pub struct Difference {
 pub fn difference(truth: &Frame, frame: &Frame) -> Difference {
     let pvs = frame.pvs();
     let mut difference = Difference {
-        false_negatives: truth.visible().iter().filter(|id| pvs.binary_search(id).is_err()).count(),
+        false_negatives: truth
+            .visible()
+            .iter()
+            .filter(|id| pvs.binary_search(id).is_err())
+            .count(),
         ..Default::default()
     };
-    assert_eq!(truth.depth.len(), frame.depth.len(), "frames of different sizes");
+    assert_eq!(
+        truth.depth.len(),
+        frame.depth.len(),
+        "frames of different sizes"
+    );
     for i in 0..truth.depth.len() {
         if truth.depth[i].to_bits() != frame.depth[i].to_bits() {
             difference.wrong_pixels += 1;

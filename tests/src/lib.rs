@@ -32,7 +32,8 @@ pub fn gpu() -> Option<&'static Gpu> {
 
 async fn open() -> Result<Gpu, String> {
     let hint = "no Vulkan adapter: apt-get install mesa-vulkan-drivers libvulkan1 (software), or set HROC_SKIP_GPU=1";
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let instance =
+        wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
     let adapter = instance
         .request_adapter(&wgpu::RequestAdapterOptions::default())
         .await
@@ -40,12 +41,17 @@ async fn open() -> Result<Gpu, String> {
     let (device, queue) = adapter
         .request_device(&wgpu::DeviceDescriptor {
             label: Some("hroc tests"),
-            required_features: hroc_runtime::device::features(&adapter).map_err(|error| error.to_string())?,
+            required_features: hroc_runtime::device::features(&adapter)
+                .map_err(|error| error.to_string())?,
             required_limits: hroc_runtime::device::limits(&adapter),
             ..Default::default()
         })
         .await
         .map_err(|error| error.to_string())?;
     let info = adapter.get_info();
-    Ok(Gpu { device, queue, name: format!("{} ({})", info.name, info.driver_info) })
+    Ok(Gpu {
+        device,
+        queue,
+        name: format!("{} ({})", info.name, info.driver_info),
+    })
 }

@@ -30,8 +30,16 @@ impl Lens {
         let v = |x: [f32; 3]| DVec3::from_array(x.map(f64::from));
         let w = |x: [f32; 4]| DVec4::from_array(x.map(f64::from));
         Self {
-            eye: [v(frame.ray_origin), v(frame.ray_origin_dx), v(frame.ray_origin_dy)],
-            direction: [v(frame.ray_direction), v(frame.ray_direction_dx), v(frame.ray_direction_dy)],
+            eye: [
+                v(frame.ray_origin),
+                v(frame.ray_origin_dx),
+                v(frame.ray_origin_dy),
+            ],
+            direction: [
+                v(frame.ray_direction),
+                v(frame.ray_direction_dx),
+                v(frame.ray_direction_dy),
+            ],
             planes: frame.planes.map(w),
             forward: w(frame.forward),
             padding_world: f64::from(frame.padding_world),
@@ -68,15 +76,31 @@ impl Lens {
 
 /// Signed distance from a plane to the farthest or nearest corner of a box.
 fn extreme(plane: DVec4, [lo, hi]: [DVec3; 2], farthest: bool) -> f64 {
-    (0..3).map(|i| plane[i] * if (plane[i] > 0.0) == farthest { hi[i] } else { lo[i] }).sum::<f64>() + plane.w
+    (0..3)
+        .map(|i| {
+            plane[i]
+                * if (plane[i] > 0.0) == farthest {
+                    hi[i]
+                } else {
+                    lo[i]
+                }
+        })
+        .sum::<f64>()
+        + plane.w
 }
 
 fn corners(bounds: &ArchivedBounds) -> [DVec3; 2] {
-    [bounds.min, bounds.max].map(|corner| DVec3::from_array(corner.map(|x| f64::from(x.to_native()))))
+    [bounds.min, bounds.max]
+        .map(|corner| DVec3::from_array(corner.map(|x| f64::from(x.to_native()))))
 }
 
 /// Where every object's bounds stand, given the occlusion map of that frame.
-pub fn standings(baked: &ArchivedScene, frame: &FrameUniform, depth: DepthConvention, map: &[f32]) -> Vec<Standing> {
+pub fn standings(
+    baked: &ArchivedScene,
+    frame: &FrameUniform,
+    depth: DepthConvention,
+    map: &[f32],
+) -> Vec<Standing> {
     let lens = Lens::new(frame);
     // Room for the shader's own rounding on either side.
     baked
@@ -85,7 +109,11 @@ pub fn standings(baked: &ArchivedScene, frame: &FrameUniform, depth: DepthConven
         .map(|bounds| {
             let bare = corners(bounds);
             let loose = lens.padded(bare, 1.01);
-            if lens.planes.iter().any(|plane| extreme(*plane, loose, true) < 0.0) {
+            if lens
+                .planes
+                .iter()
+                .any(|plane| extreme(*plane, loose, true) < 0.0)
+            {
                 return Standing::Hidden;
             }
             if extreme(lens.planes[4], loose, false) <= 0.0 {
@@ -96,7 +124,9 @@ pub fn standings(baked: &ArchivedScene, frame: &FrameUniform, depth: DepthConven
             for y in 0..height {
                 for x in 0..width {
                     let position = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                    let Some(t) = lens.entry(position, loose, f64::from(frame.near)) else { continue };
+                    let Some(t) = lens.entry(position, loose, f64::from(frame.near)) else {
+                        continue;
+                    };
                     let there = f64::from(map[(y * width + x) as usize]);
                     if !shows(frame, depth, t * (1.0 - 1e-5), there, 1.01) {
                         continue;

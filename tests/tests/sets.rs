@@ -29,22 +29,52 @@ fn the_sets_of_every_frame_hold() {
         if count == 0 {
             continue;
         }
-        for (tree, depth) in world.trees.iter().zip(DepthConvention::ALL.into_iter().cycle()) {
+        for (tree, depth) in world
+            .trees
+            .iter()
+            .zip(DepthConvention::ALL.into_iter().cycle())
+        {
             let host = Host::new(gpu, &world.scene, SIZE, depth);
-            let options = HrocOptions { depth, count_work: true, ..Default::default() };
+            let options = HrocOptions {
+                depth,
+                count_work: true,
+                ..Default::default()
+            };
             let mut hroc = Hroc::new(&gpu.device, &gpu.queue, &world.scene, tree, options);
             let bvh = archived.bvh(&tree.split).unwrap();
-            let view = TreeView { nodes: bvh.nodes.as_slice(), parents: bvh.parents(), leaf_of_object: bvh.leaf_of_object() };
+            let view = TreeView {
+                nodes: bvh.nodes.as_slice(),
+                parents: bvh.parents(),
+                leaf_of_object: bvh.leaf_of_object(),
+            };
             let mut last_visible = Vec::new();
             for (number, camera) in test.cameras.iter().enumerate() {
                 let at = format!("{} {} {depth:?} frame {number}", test.name, tree.split);
                 let frame = host.render(&mut hroc, camera);
                 let visible = frame.visible();
                 let pvs = frame.pvs();
-                assert_eq!(frame.potential_occluders, last_visible, "{at}: V is what showed in the last frame");
-                assert!(visible.iter().all(|id| pvs.binary_search(id).is_ok()), "{at}: a visible object was not drawn");
-                assert!(frame.effective_occluders.iter().all(|id| frame.potential_occluders.binary_search(id).is_ok()), "{at}: O within V");
-                assert!(frame.potentially_visible.iter().all(|id| frame.potential_occluders.binary_search(id).is_err()), "{at}: U apart from V");
+                assert_eq!(
+                    frame.potential_occluders, last_visible,
+                    "{at}: V is what showed in the last frame"
+                );
+                assert!(
+                    visible.iter().all(|id| pvs.binary_search(id).is_ok()),
+                    "{at}: a visible object was not drawn"
+                );
+                assert!(
+                    frame
+                        .effective_occluders
+                        .iter()
+                        .all(|id| frame.potential_occluders.binary_search(id).is_ok()),
+                    "{at}: O within V"
+                );
+                assert!(
+                    frame
+                        .potentially_visible
+                        .iter()
+                        .all(|id| frame.potential_occluders.binary_search(id).is_err()),
+                    "{at}: U apart from V"
+                );
 
                 let uniform = FrameUniform::new(camera, depth, SIZE, &world.scene.shape).unwrap();
                 let twin = extract_groups(
@@ -54,14 +84,24 @@ fn the_sets_of_every_frame_hold() {
                     &words(&frame.effective_occluders, count),
                 );
                 assert_eq!(frame.groups, twin.groups, "{at}: groups");
-                assert!(frame.work[0] <= frame.work[2] && frame.work[2] <= frame.work[1], "{at}: rays <= fragments <= tests: {:?}", frame.work);
+                assert!(
+                    frame.work[0] <= frame.work[2] && frame.work[2] <= frame.work[1],
+                    "{at}: rays <= fragments <= tests: {:?}",
+                    frame.work
+                );
 
-                for (id, standing) in (0u32..).zip(standings(archived, &uniform, depth, &frame.occlusion_map)) {
+                for (id, standing) in
+                    (0u32..).zip(standings(archived, &uniform, depth, &frame.occlusion_map))
+                {
                     let in_u = frame.potentially_visible.binary_search(&id).is_ok();
                     let in_v = frame.potential_occluders.binary_search(&id).is_ok();
                     match standing {
-                        Standing::Hidden => assert!(!in_u, "{at}: object {id} is hidden but was taken into U"),
-                        Standing::Showing => assert!(in_u || in_v, "{at}: object {id} shows but was left out"),
+                        Standing::Hidden => {
+                            assert!(!in_u, "{at}: object {id} is hidden but was taken into U")
+                        }
+                        Standing::Showing => {
+                            assert!(in_u || in_v, "{at}: object {id} shows but was left out")
+                        }
                         Standing::Between => borderline += 1,
                     }
                     decided += usize::from(standing != Standing::Between);
@@ -71,7 +111,10 @@ fn the_sets_of_every_frame_hold() {
         }
     }
     eprintln!("{decided} objects decided by the oracle, {borderline} within padding and rounding");
-    assert!(decided > 5 * borderline, "the oracle leaves too much open: {decided} decided, {borderline} not");
+    assert!(
+        decided > 5 * borderline,
+        "the oracle leaves too much open: {decided} decided, {borderline} not"
+    );
 }
 
 /// A still camera: the visible set reaches a fixed point and stays.
@@ -81,9 +124,17 @@ fn a_still_camera_settles() {
     for test in scenes::all() {
         let world = World::new(gpu, test.bake());
         let host = Host::new(gpu, &world.scene, SIZE, DepthConvention::Reversed);
-        let mut hroc = Hroc::new(&gpu.device, &gpu.queue, &world.scene, &world.trees[0], HrocOptions::default());
+        let mut hroc = Hroc::new(
+            &gpu.device,
+            &gpu.queue,
+            &world.scene,
+            &world.trees[0],
+            HrocOptions::default(),
+        );
         let camera = &test.cameras[test.cameras.len() / 2];
-        let frames = (0..6).map(|_| host.render(&mut hroc, camera)).collect::<Vec<_>>();
+        let frames = (0..6)
+            .map(|_| host.render(&mut hroc, camera))
+            .collect::<Vec<_>>();
         for frame in &frames[3..] {
             assert_eq!(frame, &frames[2], "{}", test.name);
         }

@@ -30,9 +30,13 @@ pub struct Ray {
 pub fn padded(frame: &FrameUniform, lo: [f32; 3], hi: [f32; 3]) -> Box3 {
     let (lo, hi) = (Vec3::from(lo), Vec3::from(hi));
     let forward = Vec4::from(frame.forward);
-    let farthest = forward.xyz().max(Vec3::ZERO).dot(hi) + forward.xyz().min(Vec3::ZERO).dot(lo) + forward.w;
+    let farthest =
+        forward.xyz().max(Vec3::ZERO).dot(hi) + forward.xyz().min(Vec3::ZERO).dot(lo) + forward.w;
     let padding = frame.padding_world + frame.padding_per_depth * farthest.max(0.0);
-    Box3 { min: lo - padding, max: hi + padding }
+    Box3 {
+        min: lo - padding,
+        max: hi + padding,
+    }
 }
 
 /// Signed distance from a plane to the box's corner farthest along the plane's normal.
@@ -47,7 +51,10 @@ pub fn nearest_along(plane: Vec4, b: Box3) -> f32 {
 
 /// Whether any of the box may lie in the view volume.
 pub fn in_frustum(frame: &FrameUniform, b: Box3) -> bool {
-    frame.planes.iter().all(|plane| farthest_along(Vec4::from(*plane), b) >= 0.0)
+    frame
+        .planes
+        .iter()
+        .all(|plane| farthest_along(Vec4::from(*plane), b) >= 0.0)
 }
 
 /// Whether part of the box lies in front of the near plane or on it.
@@ -58,13 +65,29 @@ pub fn touches_near(frame: &FrameUniform, b: Box3) -> bool {
 /// The ray through a fragment's position (pixels, y down).
 pub fn pixel_ray(frame: &FrameUniform, position: Vec2) -> Ray {
     let v = Vec3::from;
-    let origin = v(frame.ray_origin) + position.x * v(frame.ray_origin_dx) + position.y * v(frame.ray_origin_dy);
-    let direction = v(frame.ray_direction) + position.x * v(frame.ray_direction_dx) + position.y * v(frame.ray_direction_dy);
+    let origin = v(frame.ray_origin)
+        + position.x * v(frame.ray_origin_dx)
+        + position.y * v(frame.ray_origin_dy);
+    let direction = v(frame.ray_direction)
+        + position.x * v(frame.ray_direction_dx)
+        + position.y * v(frame.ray_direction_dy);
     let guard = |d: f32| {
-        let away_from_zero = if d >= 0.0 { SMALLEST_DIRECTION } else { -SMALLEST_DIRECTION };
-        if d.abs() < SMALLEST_DIRECTION { away_from_zero } else { d }
+        let away_from_zero = if d >= 0.0 {
+            SMALLEST_DIRECTION
+        } else {
+            -SMALLEST_DIRECTION
+        };
+        if d.abs() < SMALLEST_DIRECTION {
+            away_from_zero
+        } else {
+            d
+        }
     };
-    Ray { origin, inverse_direction: 1.0 / Vec3::new(guard(direction.x), guard(direction.y), guard(direction.z)) }
+    Ray {
+        origin,
+        inverse_direction: 1.0
+            / Vec3::new(guard(direction.x), guard(direction.y), guard(direction.z)),
+    }
 }
 
 /// The ray parameter (view depth) where the ray enters the box, at least `near`; negative on a miss.
@@ -74,7 +97,11 @@ pub fn entry(ray: Ray, b: Box3, near: f32) -> f32 {
     let (enter, leave) = (x.min(y), x.max(y));
     let first = enter.x.max(enter.y).max(enter.z.max(near));
     let last = leave.x.min(leave.y).min(leave.z);
-    if first <= last * SLAB_WIDENING { first } else { -1.0 }
+    if first <= last * SLAB_WIDENING {
+        first
+    } else {
+        -1.0
+    }
 }
 
 /// Whether a surface that starts at ray parameter `t` can be at or in front of `depth`.
@@ -83,7 +110,12 @@ pub fn may_show(frame: &FrameUniform, reversed: bool, t: f32, depth: f32) -> boo
     let along = Vec4::from(frame.depth_along_ray);
     let w = along.z + along.w * nearer;
     let entry_depth = (along.x + along.y * nearer) / w;
-    let tolerance =
-        frame.depth_tolerance + frame.depth_tolerance_over_w / w + frame.depth_tolerance_relative * depth.abs();
-    if reversed { entry_depth + tolerance >= depth } else { entry_depth - tolerance <= depth }
+    let tolerance = frame.depth_tolerance
+        + frame.depth_tolerance_over_w / w
+        + frame.depth_tolerance_relative * depth.abs();
+    if reversed {
+        entry_depth + tolerance >= depth
+    } else {
+        entry_depth - tolerance <= depth
+    }
 }

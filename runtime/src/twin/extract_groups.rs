@@ -44,7 +44,11 @@ pub fn extract_groups(
     }
     let box_of = |n: u32| {
         let node = &tree.nodes[n as usize];
-        padded(frame, node.min.map(|x| x.to_native()), node.max.map(|x| x.to_native()))
+        padded(
+            frame,
+            node.min.map(|x| x.to_native()),
+            node.max.map(|x| x.to_native()),
+        )
     };
     let mut groups = Vec::new();
     let mut untested = vec![0; potential_occluders.len()];
@@ -69,5 +73,9 @@ pub fn extract_groups(
             insert(&mut untested, object);
         }
     }
-    Groups { visible_nodes, groups, untested }
+    Groups {
+        visible_nodes,
+        groups,
+        untested,
+    }
 }

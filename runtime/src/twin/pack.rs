@@ -8,7 +8,13 @@ pub fn pack(members: &[u32], objects: &[ArchivedObject], meshes: &[ArchivedMesh]
     crate::readback::members_of(members)
         .map(|object| {
             let mesh = &meshes[objects[object as usize].mesh.to_native() as usize];
-            [mesh.index_count.to_native(), 1, mesh.first_index.to_native(), mesh.first_vertex.to_native(), object]
+            [
+                mesh.index_count.to_native(),
+                1,
+                mesh.first_index.to_native(),
+                mesh.first_vertex.to_native(),
+                object,
+            ]
         })
         .collect()
 }
