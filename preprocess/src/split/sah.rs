@@ -34,10 +34,13 @@ impl SplitRule for Sah {
     }
 
     fn cut(&self, node: &NodeObjects) -> Cut {
-        let cut = match node.objects.len() {
-            0..=SWEEP_MAX_OBJECTS => sweep(node),
-            0..=FEW_BINS_MAX_OBJECTS => binned::<FEW_BINS>(node),
-            _ => binned::<MANY_BINS>(node),
+        let count = node.objects.len();
+        let cut = if count <= SWEEP_MAX_OBJECTS {
+            sweep(node)
+        } else if count <= FEW_BINS_MAX_OBJECTS {
+            binned::<FEW_BINS>(node)
+        } else {
+            binned::<MANY_BINS>(node)
         };
         cut.unwrap_or_else(|| Cut::halves(node))
     }

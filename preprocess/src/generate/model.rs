@@ -1,0 +1,81 @@
+//! A generated scene before it is written: meshes, and groups of parts that show them.
+
+use glam::{Quat, Vec3};
+
+use super::Shape;
+
+/// A flat colour.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// What it is.
+    pub name: &'static str,
+    /// Linear RGB.
+    pub base_color: [f32; 3],
+}
+
+/// A shape in a material; any number of parts may show it.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    /// What it is.
+    pub name: String,
+    /// Index into [`Model::materials`].
+    pub material: usize,
+    /// The triangles, metres, y up.
+    pub shape: Shape,
+}
+
+/// An object: a mesh, scaled, turned and moved within its group.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Index into [`Model::meshes`].
+    pub mesh: usize,
+    /// In the group.
+    pub translation: Vec3,
+    /// In the group.
+    pub rotation: Quat,
+    /// Per axis, before the rotation; positive.
+    pub scale: Vec3,
+}
+
+/// Parts that stand together, such as a building.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// What it is.
+    pub name: String,
+    /// In world.
+    pub translation: Vec3,
+    /// In world.
+    pub rotation: Quat,
+    /// The objects.
+    pub parts: Vec<Part>,
+}
+
+/// A scene.
+#[derive(Clone, Debug, Default)]
+pub struct Model {
+    /// The generator and its parameters.
+    pub name: String,
+    /// The materials.
+    pub materials: Vec<Material>,
+    /// The meshes.
+    pub meshes: Vec<Mesh>,
+    /// The groups, in source order.
+    pub groups: Vec<Group>,
+}
+
+impl Model {
+    /// Adds a mesh and returns its index.
+    pub fn add_mesh(&mut self, name: impl Into<String>, material: usize, shape: Shape) -> usize {
+        self.meshes.push(Mesh {
+            name: name.into(),
+            material,
+            shape,
+        });
+        self.meshes.len() - 1
+    }
+
+    /// All parts, in source order.
+    pub fn parts(&self) -> impl Iterator<Item = &Part> {
+        self.groups.iter().flat_map(|group| &group.parts)
+    }
+}

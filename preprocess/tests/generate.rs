@@ -1,0 +1,298 @@
+//! The generated scenes: right proportions, equal bytes from equal parameters, files that a glTF
+//! reader accepts, and no broken geometry.
+
+use std::path::PathBuf;
+
+use hroc_preprocess::generate::{
+    self, GENERATORS, GenerateError, Generator, GlbStats, Model, Params,
+};
+
+struct Written {
+    stats: GlbStats,
+    bytes: Vec<u8>,
+}
+
+fn write(generator: &dyn Generator, params: &Params) -> Written {
+    let folder = tempfile::tempdir().unwrap();
+    let path: PathBuf = folder.path().join("scene.glb");
+    let stats = generator.write_glb(params, &path).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    assert_eq!(
+        std::fs::read_dir(&folder).unwrap().count(),
+        1,
+        "no temporary file is left"
+    );
+    Written { stats, bytes }
+}
+
+fn assert_within(share: f64, value: f64, target: f64, what: &str) {
+    assert!(
+        (value - target).abs() <= share * target,
+        "{what}: {value} instead of {target}"
+    );
+}
+
+fn radial_city() -> &'static dyn Generator {
+    generate::by_name("radial-city").unwrap()
+}
+
+#[test]
+fn radial_city_has_the_counts_of_the_paper() {
+    for seed in [1, 2] {
+        let stats = write(
+            radial_city(),
+            &Params {
+                seed,
+                ..Params::default()
+            },
+        )
+        .stats;
+        assert_eq!(stats.objects, 73_812);
+        assert_within(0.02, stats.triangles as f64, 1_272_764.0, "triangles");
+        assert_within(0.02, stats.vertices as f64, 2_384_053.0, "vertices");
+    }
+}
+
+#[test]
+fn scale_is_the_share_of_objects_and_detail_that_of_triangles() {
+    for (scale, detail) in [(0.05, 1.0), (0.3, 0.6), (0.1, 2.0), (0.1, 8.0), (2.0, 1.0)] {
+        let stats = write(
+            radial_city(),
+            &Params {
+                scale,
+                detail,
+                seed: 7,
+            },
+        )
+        .stats;
+        let objects = (73_812.0 * scale).round();
+        assert_eq!(stats.objects as f64, objects, "scale {scale}");
+        let per_object = 1_272_764.0 / 73_812.0 * detail;
+        let what = format!("triangles at scale {scale}, detail {detail}");
+        assert_within(0.02, stats.triangles as f64, per_object * objects, &what);
+    }
+}
+
+#[test]
+fn the_smallest_scenes_have_their_objects() {
+    for objects in 1..=60 {
+        let scale = f64::from(objects) / 73_812.0;
+        let params = Params {
+            scale,
+            ..Params::default()
+        };
+        assert_eq!(
+            radial_city().model(&params).parts().count(),
+            objects as usize
+        );
+    }
+}
+
+#[test]
+fn equal_parameters_give_equal_bytes_and_other_seeds_others() {
+    for generator in GENERATORS {
+        let params = Params {
+            scale: 0.05,
+            detail: 1.0,
+            seed: 3,
+        };
+        let first = write(*generator, &params);
+        assert!(
+            first.bytes == write(*generator, &params).bytes,
+            "{}",
+            generator.name()
+        );
+        let other = write(*generator, &Params { seed: 4, ..params });
+        assert!(first.bytes != other.bytes, "{}", generator.name());
+    }
+}
+
+#[test]
+fn a_gltf_reader_sees_what_was_counted() {
+    for generator in GENERATORS {
+        for (scale, detail) in [(0.02, 1.0), (0.01, 0.25), (0.01, 16.0)] {
+            let Written { stats, bytes } = write(
+                *generator,
+                &Params {
+                    scale,
+                    detail,
+                    seed: 5,
+                },
+            );
+            assert_eq!(stats.bytes, bytes.len() as u64);
+            let gltf = gltf::Gltf::from_slice(&bytes).unwrap();
+            let blob = gltf.blob.as_deref();
+            let mut seen = (0, 0, 0);
+            for mesh in gltf.nodes().filter_map(|node| node.mesh()) {
+                for primitive in mesh.primitives() {
+                    let reader = primitive.reader(|_| blob);
+                    let positions: Vec<_> = reader.read_positions().unwrap().collect();
+                    let indices: Vec<_> = reader.read_indices().unwrap().into_u32().collect();
+                    assert!(indices.iter().all(|&i| (i as usize) < positions.len()));
+                    let bounds = primitive.bounding_box();
+                    for axis in 0..3 {
+                        let values = || positions.iter().map(|p| p[axis]);
+                        assert_eq!(bounds.min[axis], values().fold(f32::INFINITY, f32::min));
+                        assert_eq!(bounds.max[axis], values().fold(f32::NEG_INFINITY, f32::max));
+                    }
+                    seen = (
+                        seen.0 + 1,
+                        seen.1 + indices.len() / 3,
+                        seen.2 + positions.len(),
+                    );
+                }
+            }
+            assert_eq!(seen, (stats.objects, stats.triangles, stats.vertices));
+            // Every node but the roots is one group's child.
+            let scene = gltf.default_scene().unwrap();
+            let children = scene
+                .nodes()
+                .map(|root| root.children().count())
+                .sum::<usize>();
+            assert_eq!(scene.nodes().count() + children, gltf.nodes().count());
+        }
+    }
+}
+
+#[test]
+fn geometry_is_finite_and_no_triangle_is_empty() {
+    for generator in GENERATORS {
+        for detail in [0.25, 1.0, 16.0] {
+            let model = generator.model(&Params {
+                scale: 0.1,
+                detail,
+                seed: 6,
+            });
+            for mesh in &model.meshes {
+                let positions = &mesh.shape.positions;
+                assert!(positions.iter().all(|p| p.is_finite()), "{}", mesh.name);
+                for triangle in mesh.shape.indices.chunks(3) {
+                    let [a, b, c] = [0, 1, 2].map(|i| positions[triangle[i] as usize]);
+                    assert!(
+                        (b - a).cross(c - a).length() > 1e-9,
+                        "{}: {a} {b} {c}",
+                        mesh.name
+                    );
+                }
+            }
+            for group in &model.groups {
+                assert!(group.translation.is_finite() && group.rotation.is_normalized());
+            }
+            for part in model.parts() {
+                assert!(part.translation.is_finite() && part.rotation.is_normalized());
+                assert!(part.scale.is_finite() && part.scale.min_element() > 0.0);
+            }
+        }
+    }
+}
+
+/// Nothing solid at eye height along the middle of the streets and avenues.
+#[test]
+fn the_streets_of_the_radial_city_can_be_walked() {
+    const EYE_HEIGHT: f32 = 1.7;
+    let model = radial_city().model(&Params {
+        scale: 0.3,
+        ..Params::default()
+    });
+    let boxes = boxes_at_height(&model, EYE_HEIGHT);
+    let blocked = |x: f32, z: f32| {
+        boxes
+            .iter()
+            .any(|b| b[0] < x && x < b[1] && b[2] < z && z < b[3])
+    };
+    let round = |radius: f32, turn: f32| (radius * turn.cos(), radius * turn.sin());
+    for ring in 0..3 {
+        let radius = 42.0 + 56.0 * ring as f32;
+        let steps = (radius * 2.0) as usize;
+        for step in 0..steps {
+            let (x, z) = round(radius, std::f32::consts::TAU * step as f32 / steps as f32);
+            assert!(!blocked(x, z), "street {ring} is blocked at {x}, {z}");
+        }
+    }
+    for avenue in 0..6 {
+        for step in 0..200 {
+            let (x, z) = round(
+                42.0 + step as f32,
+                std::f32::consts::TAU * avenue as f32 / 6.0,
+            );
+            assert!(!blocked(x, z), "avenue {avenue} is blocked at {x}, {z}");
+        }
+    }
+}
+
+/// World rectangles (x and z ranges) round the objects that stand at this height.
+fn boxes_at_height(model: &Model, height: f32) -> Vec<[f32; 4]> {
+    let mut boxes = Vec::new();
+    for group in &model.groups {
+        for part in &group.parts {
+            let points = model.meshes[part.mesh].shape.positions.iter().map(|&p| {
+                let in_group = part.translation + part.rotation * (part.scale * p);
+                group.translation + group.rotation * in_group
+            });
+            let (min, max) = points.fold(
+                (glam::Vec3::INFINITY, glam::Vec3::NEG_INFINITY),
+                |(min, max), p| (min.min(p), max.max(p)),
+            );
+            if min.y < height && height < max.y {
+                boxes.push([min.x, max.x, min.z, max.z]);
+            }
+        }
+    }
+    boxes
+}
+
+#[test]
+fn parameters_out_of_range_are_refused_by_name() {
+    let path = std::env::temp_dir().join("never-written.glb");
+    for bad in [0.0, -1.0, 16.1, f64::NAN, f64::INFINITY] {
+        let params = Params::default();
+        let cases = [
+            (
+                "scale",
+                Params {
+                    scale: bad,
+                    ..params
+                },
+            ),
+            (
+                "detail",
+                Params {
+                    detail: bad,
+                    ..params
+                },
+            ),
+        ];
+        for (name, params) in cases {
+            let error = radial_city().write_glb(&params, &path).unwrap_err();
+            assert!(matches!(error, GenerateError::OutOfRange { .. }), "{error}");
+            assert!(error.to_string().starts_with(name), "{error}");
+        }
+    }
+    assert!(!path.exists());
+}
+
+#[test]
+fn a_folder_that_is_not_there_is_named() {
+    let path = std::env::temp_dir().join("no such folder/scene.glb");
+    let params = Params {
+        scale: 0.001,
+        ..Params::default()
+    };
+    let error = radial_city().write_glb(&params, &path).unwrap_err();
+    assert!(error.to_string().contains("no such folder"), "{error}");
+}
+
+#[test]
+fn generators_have_distinct_names_and_are_found_by_them() {
+    for (i, generator) in GENERATORS.iter().enumerate() {
+        let found = generate::by_name(generator.name()).map(Generator::name);
+        assert_eq!(found, Some(generator.name()));
+        assert!(!generator.describe().is_empty());
+        assert!(
+            GENERATORS[..i]
+                .iter()
+                .all(|other| other.name() != generator.name())
+        );
+    }
+    assert!(generate::by_name("no such generator").is_none());
+}
