@@ -1,6 +1,6 @@
 //! Flat-shaded shapes: faces do not share vertices, as in files exported with one normal per face.
 //! Unless said otherwise a shape fills the unit box that stands on the origin (x and z from -0.5 to
-//! 0.5, y from 0 to 1) and has no underside. Front faces are counter-clockwise.
+//! 0.5, y from 0 to 1). Front faces are counter-clockwise.
 
 use std::f32::consts::TAU;
 
@@ -57,7 +57,13 @@ impl Shape {
         }
     }
 
-    /// A cuboid.
+    /// Closes a shape over an outline that runs against the clock seen from above.
+    fn underside(&mut self, outline: &[Vec3]) {
+        let corners: Vec<_> = outline.iter().rev().copied().collect();
+        self.face(&corners);
+    }
+
+    /// A cuboid without its underside.
     pub fn cuboid() -> Self {
         let outline = rectangle(0.5, 0.5);
         let (lower, upper) = (at_height(&outline, 0.0), at_height(&outline, 1.0));
@@ -70,13 +76,11 @@ impl Shape {
     /// A cuboid with its underside.
     pub fn closed_cuboid() -> Self {
         let mut shape = Self::cuboid();
-        let mut underside = at_height(&rectangle(0.5, 0.5), 0.0);
-        underside.reverse();
-        shape.face(&underside);
+        shape.underside(&at_height(&rectangle(0.5, 0.5), 0.0));
         shape
     }
 
-    /// An upright prism over a regular polygon; a cylinder for many sides.
+    /// An upright prism over a regular polygon, without its underside; a cylinder for many sides.
     pub fn prism(sides: usize) -> Self {
         let outline = regular_polygon(sides);
         let (lower, upper) = (at_height(&outline, 0.0), at_height(&outline, 1.0));
@@ -93,6 +97,7 @@ impl Shape {
         for i in 0..sides {
             shape.face(&[lower[i], lower[(i + 1) % sides], Vec3::Y]);
         }
+        shape.underside(&lower);
         shape
     }
 
@@ -103,6 +108,7 @@ impl Shape {
         for i in 0..4 {
             shape.face(&[lower[i], lower[(i + 1) % 4], Vec3::Y]);
         }
+        shape.underside(&lower);
         shape
     }
 
@@ -117,6 +123,7 @@ impl Shape {
         shape.face(&[b, c, right]);
         shape.face(&[c, d, left, right]);
         shape.face(&[d, a, left]);
+        shape.underside(&[a, b, c, d]);
         shape
     }
 
@@ -153,7 +160,7 @@ impl Shape {
     }
 
     /// A plate over a sector of a ring round the y axis: from radius `inner` to `outer`, `angle` to both
-    /// sides of +x, standing on y = 0.
+    /// sides of +x, standing on y = 0, without its underside.
     pub fn ring_sector(inner: f32, outer: f32, angle: f32, height: f32, segments: usize) -> Self {
         let corner = |radius: f32, i: usize, y: f32| {
             let turn = angle * (2.0 * i as f32 / segments as f32 - 1.0);
