@@ -115,7 +115,13 @@ impl CameraPath {
         far: Option<f64>,
         keys: Vec<Key>,
     ) -> Result<Self, String> {
-        let path = Self { version: VERSION, projection, near, far, keys };
+        let path = Self {
+            version: VERSION,
+            projection,
+            near,
+            far,
+            keys,
+        };
         path.check()?;
         Ok(path)
     }
@@ -125,13 +131,19 @@ impl CameraPath {
     /// # Errors
     /// If the file cannot be read, is of another version, or holds a value no camera can have.
     pub fn load(path: &Path) -> Result<Self, PathError> {
-        let io = |source| PathError::Io { path: path.into(), source };
+        let io = |source| PathError::Io {
+            path: path.into(),
+            source,
+        };
         let metadata = fs::metadata(path).map_err(io)?;
         if !metadata.is_file() {
             return Err(io(std::io::Error::other("not a regular file")));
         }
         if metadata.len() > MAX_FILE_BYTES {
-            return Err(PathError::TooLarge { path: path.into(), bytes: metadata.len() });
+            return Err(PathError::TooLarge {
+                path: path.into(),
+                bytes: metadata.len(),
+            });
         }
         Self::parse(&fs::read(path).map_err(io)?, path)
     }
@@ -145,14 +157,23 @@ impl CameraPath {
         struct Versioned {
             version: u64,
         }
-        let not_json = |source| PathError::Json { path: file.into(), source };
+        let not_json = |source| PathError::Json {
+            path: file.into(),
+            source,
+        };
         // First and alone: another version may have other fields.
         let Versioned { version } = serde_json::from_slice(json).map_err(not_json)?;
         if version != u64::from(VERSION) {
-            return Err(PathError::Version { path: file.into(), found: version });
+            return Err(PathError::Version {
+                path: file.into(),
+                found: version,
+            });
         }
         let path: Self = serde_json::from_slice(json).map_err(not_json)?;
-        path.check().map_err(|problem| PathError::Value { path: file.into(), problem })?;
+        path.check().map_err(|problem| PathError::Value {
+            path: file.into(),
+            problem,
+        })?;
         Ok(path)
     }
 
@@ -172,8 +193,13 @@ impl CameraPath {
     pub fn camera_at(&self, t_s: f64) -> Camera {
         let t = self.keys[0].t_s + t_s;
         let after = self.keys.partition_point(|key| key.t_s <= t);
-        let [a, b] = [after.saturating_sub(1), after.min(self.keys.len() - 1)].map(|i| &self.keys[i]);
-        let share = if b.t_s > a.t_s { ((t - a.t_s) / (b.t_s - a.t_s)).clamp(0.0, 1.0) } else { 0.0 };
+        let [a, b] =
+            [after.saturating_sub(1), after.min(self.keys.len() - 1)].map(|i| &self.keys[i]);
+        let share = if b.t_s > a.t_s {
+            ((t - a.t_s) / (b.t_s - a.t_s)).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         let lerp = |a: f64, b: f64| a + (b - a) * share;
         let extent = lerp(self.extent(a), self.extent(b));
         let [from, to] = [a, b].map(|key| DQuat::from_array(key.orientation).normalize());
@@ -182,7 +208,9 @@ impl CameraPath {
             orientation: from.slerp(to, share).normalize(),
             projection: match self.projection {
                 ProjectionKind::Perspective => Projection::Perspective { fov_y_rad: extent },
-                ProjectionKind::Orthographic => Projection::Orthographic { half_height: extent },
+                ProjectionKind::Orthographic => Projection::Orthographic {
+                    half_height: extent,
+                },
             },
             near: self.near,
             far: self.far,
@@ -211,16 +239,23 @@ impl CameraPath {
         if let Some(far) = self.far
             && !(far.is_finite() && far > self.near)
         {
-            return Err(format!("far is {far}; it must be above near ({}), or null", self.near));
+            return Err(format!(
+                "far is {far}; it must be above near ({}), or null",
+                self.near
+            ));
         }
         if self.keys.is_empty() {
             return Err("keys is empty; a path needs at least one".into());
         }
         for (i, key) in self.keys.iter().enumerate() {
-            self.check_key(key).map_err(|problem| format!("keys[{i}].{problem}"))?;
+            self.check_key(key)
+                .map_err(|problem| format!("keys[{i}].{problem}"))?;
             if i > 0 && key.t_s <= self.keys[i - 1].t_s {
                 let before = self.keys[i - 1].t_s;
-                return Err(format!("keys[{i}].t_s is {}; it must be above the {before} before it", key.t_s));
+                return Err(format!(
+                    "keys[{i}].t_s is {}; it must be above the {before} before it",
+                    key.t_s
+                ));
             }
         }
         Ok(())
@@ -236,23 +271,33 @@ impl CameraPath {
         let length = DQuat::from_array(key.orientation).length();
         // NaN fails too.
         if !((length - 1.0).abs() <= 1e-3) {
-            return Err(format!("orientation has length {length}; a unit quaternion x, y, z, w is needed"));
+            return Err(format!(
+                "orientation has length {length}; a unit quaternion x, y, z, w is needed"
+            ));
         }
         match (self.projection, key.fov_y_rad, key.half_height) {
-            (ProjectionKind::Perspective, Some(fov), None) if fov > 0.0 && fov < std::f64::consts::PI => Ok(()),
+            (ProjectionKind::Perspective, Some(fov), None)
+                if fov > 0.0 && fov < std::f64::consts::PI =>
+            {
+                Ok(())
+            }
             (ProjectionKind::Perspective, Some(fov), None) => {
                 Err(format!("fov_y_rad is {fov}; it must lie between 0 and pi"))
             }
-            (ProjectionKind::Orthographic, None, Some(half)) if half > 0.0 && half.is_finite() => Ok(()),
+            (ProjectionKind::Orthographic, None, Some(half)) if half > 0.0 && half.is_finite() => {
+                Ok(())
+            }
             (ProjectionKind::Orthographic, None, Some(half)) => {
                 Err(format!("half_height is {half}; it must be above 0"))
             }
-            (ProjectionKind::Perspective, ..) => {
-                Err("fov_y_rad must be there, and no half_height, as the projection is perspective".into())
-            }
-            (ProjectionKind::Orthographic, ..) => {
-                Err("half_height must be there, and no fov_y_rad, as the projection is orthographic".into())
-            }
+            (ProjectionKind::Perspective, ..) => Err(
+                "fov_y_rad must be there, and no half_height, as the projection is perspective"
+                    .into(),
+            ),
+            (ProjectionKind::Orthographic, ..) => Err(
+                "half_height must be there, and no fov_y_rad, as the projection is orthographic"
+                    .into(),
+            ),
         }
     }
 }
@@ -273,7 +318,11 @@ mod tests {
     }
 
     fn path() -> CameraPath {
-        let keys = vec![key(2.0, 0.0, 0.0), key(4.0, 10.0, FRAC_PI_2), key(5.0, 10.0, FRAC_PI_2)];
+        let keys = vec![
+            key(2.0, 0.0, 0.0),
+            key(4.0, 10.0, FRAC_PI_2),
+            key(5.0, 10.0, FRAC_PI_2),
+        ];
         CameraPath::new(ProjectionKind::Perspective, 0.1, None, keys).unwrap()
     }
 
@@ -281,7 +330,12 @@ mod tests {
     fn between_keys_positions_are_linear_and_orientations_turn_evenly() {
         let camera = path().camera_at(0.5);
         assert!((camera.position.x - 2.5).abs() < 1e-12);
-        assert!(camera.orientation.angle_between(DQuat::from_rotation_y(FRAC_PI_2 / 4.0)) < 1e-6);
+        assert!(
+            camera
+                .orientation
+                .angle_between(DQuat::from_rotation_y(FRAC_PI_2 / 4.0))
+                < 1e-6
+        );
         assert_eq!(path().camera_at(-1.0), path().camera_at(0.0));
         assert_eq!(path().camera_at(99.0).position.x, 10.0);
     }
@@ -296,27 +350,53 @@ mod tests {
     #[test]
     fn json_round_trip() {
         let json = path().to_json();
-        assert_eq!(CameraPath::parse(json.as_bytes(), Path::new("p")).unwrap(), path());
+        assert_eq!(
+            CameraPath::parse(json.as_bytes(), Path::new("p")).unwrap(),
+            path()
+        );
     }
 
     #[test]
     fn errors_name_the_place() {
-        let message = |json: &str| CameraPath::parse(json.as_bytes(), Path::new("p.json")).unwrap_err().to_string();
+        let message = |json: &str| {
+            CameraPath::parse(json.as_bytes(), Path::new("p.json"))
+                .unwrap_err()
+                .to_string()
+        };
         let good = path().to_json();
         for (from, to, expected) in [
             ("\"version\": 1", "\"version\": 7", "version 7"),
             ("\"near\": 0.1", "\"near\": 0", "near is 0"),
-            ("\"near\": 0.1", "\"nearest\": 0.1", "unknown field `nearest`"),
+            (
+                "\"near\": 0.1",
+                "\"nearest\": 0.1",
+                "unknown field `nearest`",
+            ),
             ("\"far\": null", "\"far\": 0.05", "far is 0.05"),
             ("\"t_s\": 4.0", "\"t_s\": 2.0", "keys[1].t_s is 2"),
-            ("\"fov_y_rad\": 1.0", "\"fov_y_rad\": 4.0", "keys[0].fov_y_rad is 4"),
-            ("\"fov_y_rad\": 1.0", "\"half_height\": 1.0", "keys[0].fov_y_rad must be there"),
-            ("\"perspective\"", "\"fisheye\"", "unknown variant `fisheye`"),
+            (
+                "\"fov_y_rad\": 1.0",
+                "\"fov_y_rad\": 4.0",
+                "keys[0].fov_y_rad is 4",
+            ),
+            (
+                "\"fov_y_rad\": 1.0",
+                "\"half_height\": 1.0",
+                "keys[0].fov_y_rad must be there",
+            ),
+            (
+                "\"perspective\"",
+                "\"fisheye\"",
+                "unknown variant `fisheye`",
+            ),
             ("{", "", "not a camera path"),
         ] {
             assert!(good.contains(from), "{from}");
             let text = message(&good.replacen(from, to, 1));
-            assert!(text.starts_with("p.json: ") && text.contains(expected), "{text}");
+            assert!(
+                text.starts_with("p.json: ") && text.contains(expected),
+                "{text}"
+            );
         }
         let empty = r#"{"version":1,"projection":"perspective","near":1,"far":null,"keys":[]}"#;
         assert!(message(empty).contains("keys is empty"));

@@ -1,12 +1,19 @@
 //! The study's own rendering behind the runtime's [`Drawer`] seam: one pipeline for every pass of a frame.
 
 use bytemuck::{Pod, Zeroable};
-use hroc_runtime::{Camera, CameraError, DepthConvention, Draw, Drawer, Scene, SceneShape, Targets};
+use hroc_runtime::{
+    Camera, CameraError, DepthConvention, Draw, Drawer, Scene, SceneShape, Targets,
+};
 
 use crate::targets::FrameTargets;
 
 /// Behind the scene: a light overcast grey, linear.
-const BACKGROUND: wgpu::Color = wgpu::Color { r: 0.70, g: 0.76, b: 0.82, a: 1.0 };
+const BACKGROUND: wgpu::Color = wgpu::Color {
+    r: 0.70,
+    g: 0.76,
+    b: 0.82,
+    a: 1.0,
+};
 
 /// The shader's text before its imports are resolved.
 const WGSL: &str = include_str!("wgsl/object_color.wgsl");
@@ -94,16 +101,27 @@ impl ObjectDrawer {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let entry = |binding, buffer: &wgpu::Buffer| wgpu::BindGroupEntry {
-            binding,
-            resource: buffer.as_entire_binding(),
-        };
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("object_color"),
             layout: &layout,
-            entries: &[entry(0, &view), entry(1, &scene.objects)],
+            entries: &[
+                wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: view.as_entire_binding(),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: scene.objects.as_entire_binding(),
+                },
+            ],
         });
-        Self { pipeline, group, view, scene: scene.clone(), color: targets.color_view.clone() }
+        Self {
+            pipeline,
+            group,
+            view,
+            scene: scene.clone(),
+            color: targets.color_view.clone(),
+        }
     }
 
     /// Where the next submitted frame is seen from.
@@ -120,7 +138,10 @@ impl ObjectDrawer {
         let shape = &self.scene.shape;
         let view = View {
             clip_from_world: clip_from_world(camera, depth, size, shape)?,
-            eye: (camera.position - shape.origin).extend(1.0).as_vec4().to_array(),
+            eye: (camera.position - shape.origin)
+                .extend(1.0)
+                .as_vec4()
+                .to_array(),
         };
         queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
         Ok(())
@@ -152,7 +173,10 @@ impl Drawer for ObjectDrawer {
             view: &self.color,
             depth_slice: None,
             resolve_target: None,
-            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+            ops: wgpu::Operations {
+                load,
+                store: wgpu::StoreOp::Store,
+            },
         };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(draw.stage.name()),
@@ -171,7 +195,11 @@ fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry {
         binding,
         visibility,
-        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        ty: wgpu::BindingType::Buffer {
+            ty,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
         count: None,
     };
     let stages = wgpu::ShaderStages::VERTEX_FRAGMENT;
@@ -179,7 +207,11 @@ fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         label: Some("object_color"),
         entries: &[
             entry(0, stages, wgpu::BufferBindingType::Uniform),
-            entry(1, stages, wgpu::BufferBindingType::Storage { read_only: true }),
+            entry(
+                1,
+                stages,
+                wgpu::BufferBindingType::Storage { read_only: true },
+            ),
         ],
     })
 }

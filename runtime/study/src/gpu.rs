@@ -7,8 +7,7 @@ use wgpu::{AdapterInfo, Backends, DeviceType, InstanceFlags};
 
 /// Environment variable with part of the adapter's name, for when `--adapter` is not given.
 pub const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
-const INSTALL_HINT: &str =
-    "install a driver; for a software one on Debian: apt-get install mesa-vulkan-drivers libvulkan1";
+const INSTALL_HINT: &str = "install a driver; for a software one on Debian: apt-get install mesa-vulkan-drivers libvulkan1";
 
 /// No device, or one that failed.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -80,7 +79,10 @@ impl Gpu {
             ..wgpu::InstanceDescriptor::new_without_display_handle()
         });
         let adapters = pollster::block_on(instance.enumerate_adapters(Backends::PRIMARY));
-        let wanted = options.adapter.clone().or_else(|| env::var(ADAPTER_VARIABLE).ok());
+        let wanted = options
+            .adapter
+            .clone()
+            .or_else(|| env::var(ADAPTER_VARIABLE).ok());
         let adapter = choose(adapters, wanted.as_deref())?;
         let info = adapter.get_info();
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
@@ -90,21 +92,34 @@ impl Gpu {
             memory_hints: wgpu::MemoryHints::Performance,
             ..Default::default()
         }))
-        .map_err(|error| GpuError::NoDevice { adapter: info.name.clone(), reason: one_line(&error) })?;
+        .map_err(|error| GpuError::NoDevice {
+            adapter: info.name.clone(),
+            reason: one_line(&error),
+        })?;
 
         let failure = Arc::new(Mutex::new(None));
         let keep_first = |failure: &Mutex<Option<String>>, message: String| {
-            failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
+            failure
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .get_or_insert(message);
         };
         let of_errors = Arc::clone(&failure);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep_first(&of_errors, one_line(&error))));
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            keep_first(&of_errors, one_line(&error))
+        }));
         let of_loss = Arc::clone(&failure);
         device.set_device_lost_callback(move |reason, message| {
             if reason != wgpu::DeviceLostReason::Destroyed {
                 keep_first(&of_loss, format!("lost: {message}"));
             }
         });
-        Ok(Self { device, queue, info, failure })
+        Ok(Self {
+            device,
+            queue,
+            info,
+            failure,
+        })
     }
 
     /// Submits the commands and waits until the device has run them.
@@ -123,7 +138,9 @@ impl Gpu {
     pub fn wait(&self) -> Result<(), GpuError> {
         let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
         self.check()?;
-        waited.map(drop).map_err(|error| GpuError::Failed(one_line(&error)))
+        waited
+            .map(drop)
+            .map_err(|error| GpuError::Failed(one_line(&error)))
     }
 
     /// The first error since the device was opened.
@@ -132,12 +149,17 @@ impl Gpu {
     /// If there was one.
     pub fn check(&self) -> Result<(), GpuError> {
         let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
-        failure.clone().map_or(Ok(()), |message| Err(GpuError::Failed(message)))
+        failure
+            .clone()
+            .map_or(Ok(()), |message| Err(GpuError::Failed(message)))
     }
 
     /// An encoder for a frame.
     pub fn encoder(&self) -> wgpu::CommandEncoder {
-        self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") })
+        self.device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor {
+                label: Some("frame"),
+            })
     }
 
     /// That targets of `size` pixels can be made.
@@ -156,10 +178,22 @@ impl Gpu {
 /// The adapter with `wanted` in its name, or the fittest: one that can run hroc before one that cannot, a GPU
 /// before a CPU.
 fn choose(adapters: Vec<wgpu::Adapter>, wanted: Option<&str>) -> Result<wgpu::Adapter, GpuError> {
-    let names = || adapters.iter().map(|adapter| adapter.get_info().name).collect::<Vec<_>>().join(", ");
+    let names = || {
+        adapters
+            .iter()
+            .map(|adapter| adapter.get_info().name)
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
     let present = names();
     let matches = |adapter: &wgpu::Adapter| {
-        wanted.is_none_or(|part| adapter.get_info().name.to_lowercase().contains(&part.to_lowercase()))
+        wanted.is_none_or(|part| {
+            adapter
+                .get_info()
+                .name
+                .to_lowercase()
+                .contains(&part.to_lowercase())
+        })
     };
     let fitness = |adapter: &wgpu::Adapter| {
         let kind = match adapter.get_info().device_type {
@@ -174,12 +208,20 @@ fn choose(adapters: Vec<wgpu::Adapter>, wanted: Option<&str>) -> Result<wgpu::Ad
     if adapters.is_empty() {
         return Err(GpuError::NoAdapter);
     }
-    adapters.into_iter().filter(matches).min_by_key(fitness).ok_or_else(|| GpuError::NoSuchAdapter {
-        wanted: wanted.unwrap_or_default().to_owned(),
-        present,
-    })
+    adapters
+        .into_iter()
+        .filter(matches)
+        .min_by_key(fitness)
+        .ok_or_else(|| GpuError::NoSuchAdapter {
+            wanted: wanted.unwrap_or_default().to_owned(),
+            present,
+        })
 }
 
 fn one_line(error: &dyn std::fmt::Display) -> String {
-    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+    error
+        .to_string()
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
 }

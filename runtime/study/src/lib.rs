@@ -1,1 +1,23 @@
-//! hroc-study.
+//! The study of culling methods: runs them over baked scenes, holds every frame against no culling, and
+//! reports. The command is `hroc`; README.md beside this crate documents it.
+#![warn(missing_docs)]
+
+pub mod camera_path;
+pub mod check;
+pub mod cli;
+pub mod drawer;
+pub mod error;
+pub mod frustum;
+pub mod gpu;
+pub mod id_set;
+pub mod image;
+pub mod npy;
+pub mod output;
+pub mod registry;
+pub mod results;
+pub mod run;
+pub mod stage_clock;
+pub mod summary;
+pub mod table;
+pub mod targets;
+pub mod truth;

@@ -1,2 +1,7 @@
-//! hroc
-fn main() {}
+//! The `hroc` command.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    hroc_study::cli::main()
+}

@@ -112,7 +112,11 @@ fn key(t_s: f64, position: DVec3, orientation: DQuat) -> Key {
 
 /// The turn about y that takes -z to `direction` seen from above; 0 for a vertical one.
 fn yaw(direction: DVec3) -> f64 {
-    if direction.x == 0.0 && direction.z == 0.0 { 0.0 } else { (-direction.x).atan2(-direction.z) }
+    if direction.x == 0.0 && direction.z == 0.0 {
+        0.0
+    } else {
+        (-direction.x).atan2(-direction.z)
+    }
 }
 
 fn looking_along(direction: DVec3) -> DQuat {
@@ -133,7 +137,11 @@ fn densest(centres: &[DVec3]) -> DVec3 {
     };
     let cell_of = |centre: &DVec3| {
         let axis = |x: f64, min: f64, max: f64| {
-            let share = if max > min { (x - min) / (max - min) } else { 0.0 };
+            let share = if max > min {
+                (x - min) / (max - min)
+            } else {
+                0.0
+            };
             // Saturates: the far edge belongs to the last cell.
             ((share * CELLS as f64) as usize).min(CELLS - 1)
         };
@@ -144,9 +152,17 @@ fn densest(centres: &[DVec3]) -> DVec3 {
         counts[cell_of(centre)] += 1;
     }
     let fullest = *counts.iter().max().expect("there are cells");
-    let cell = counts.iter().position(|&count| count == fullest).expect("the maximum is one of them");
-    let inside = centres.iter().filter(|centre| cell_of(centre) == cell).collect::<Vec<_>>();
-    let sum = inside.iter().fold(DVec2::ZERO, |sum, centre| sum + DVec2::new(centre.x, centre.z));
+    let cell = counts
+        .iter()
+        .position(|&count| count == fullest)
+        .expect("the maximum is one of them");
+    let inside = centres
+        .iter()
+        .filter(|centre| cell_of(centre) == cell)
+        .collect::<Vec<_>>();
+    let sum = inside.iter().fold(DVec2::ZERO, |sum, centre| {
+        sum + DVec2::new(centre.x, centre.z)
+    });
     let mean = sum / inside.len() as f64;
     let mut heights = inside.iter().map(|centre| centre.y).collect::<Vec<_>>();
     heights.sort_by(f64::total_cmp);
@@ -159,13 +175,28 @@ mod tests {
     use hroc_format::{BakedScene, Bounds, Check, Scene, to_bytes};
 
     fn baked(boxes: &[[[f32; 3]; 2]]) -> BakedScene {
-        let object_bounds = boxes.iter().map(|&[min, max]| Bounds { min, max }).collect::<Vec<_>>();
+        let object_bounds = boxes
+            .iter()
+            .map(|&[min, max]| Bounds { min, max })
+            .collect::<Vec<_>>();
         let fold = |pick: fn(&Bounds) -> [f32; 3], extreme: fn(f32, f32) -> f32| {
             let join = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|i| extreme(a[i], b[i]));
-            object_bounds.iter().map(pick).reduce(join).unwrap_or_default()
+            object_bounds
+                .iter()
+                .map(pick)
+                .reduce(join)
+                .unwrap_or_default()
         };
-        let bounds = Bounds { min: fold(|b| b.min, f32::min), max: fold(|b| b.max, f32::max) };
-        let scene = Scene { origin: [1e6, 0.0, 0.0], bounds, object_bounds, ..Scene::default() };
+        let bounds = Bounds {
+            min: fold(|b| b.min, f32::min),
+            max: fold(|b| b.max, f32::max),
+        };
+        let scene = Scene {
+            origin: [1e6, 0.0, 0.0],
+            bounds,
+            object_bounds,
+            ..Scene::default()
+        };
         // Only what the paths read is there, so only the structure is checked.
         BakedScene::from_aligned(to_bytes(&scene).unwrap(), Check::Ranges).unwrap()
     }
@@ -173,9 +204,17 @@ mod tests {
     #[test]
     fn the_densest_cell_wins_and_the_eye_is_at_its_median_height() {
         let small = |x: f32, y: f32| [[x, y, 0.0], [x, y, 0.0]];
-        let scene = baked(&[small(0.0, 9.0), small(10.0, 1.0), small(10.1, 2.0), small(10.2, 7.0)]);
+        let scene = baked(&[
+            small(0.0, 9.0),
+            small(10.0, 1.0),
+            small(10.1, 2.0),
+            small(10.2, 7.0),
+        ]);
         let densest = Layout::of(scene.scene()).densest - DVec3::new(1e6, 0.0, 0.0);
-        assert!((densest - DVec3::new(10.1, 2.0, 0.0)).length() < 1e-5, "{densest}");
+        assert!(
+            (densest - DVec3::new(10.1, 2.0, 0.0)).length() < 1e-5,
+            "{densest}"
+        );
     }
 
     #[test]
@@ -196,7 +235,8 @@ mod tests {
                 assert_eq!(path.duration_s(), DURATION_S);
                 for frame in 0..50 {
                     let camera = path.frame(frame, 50);
-                    let clip = camera.clip_from_world(Default::default(), [64, 36], camera.position, 1.0);
+                    let clip =
+                        camera.clip_from_world(Default::default(), [64, 36], camera.position, 1.0);
                     assert!(clip.unwrap().is_finite(), "{case:?} frame {frame}");
                 }
             }

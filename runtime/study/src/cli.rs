@@ -1,0 +1,111 @@
+//! The command line of `hroc`.
+
+mod path;
+mod run;
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use hroc_format::{ArchivedScene, BakedScene};
+
+use crate::camera_path::{CameraPath, orbit, walk_in};
+use crate::error::{StudyError, exit};
+use crate::registry;
+
+const EXAMPLES: &str = "\
+Examples:
+  hroc run house.hroc --check                      HROC along the walk-in path, every frame checked
+  hroc run house.hroc --method noc --png noc.png   no culling, and its last frame as an image
+  hroc run house.hroc --split middle --json -      results as JSON on the standard output
+  hroc path house.hroc orbit -o orbit.json         a standard camera path as a file, to edit
+  hroc methods                                     the culling methods there are
+
+Baked scenes come from: hroc-bake bake SCENE.glb -o SCENE.hroc
+
+Exit codes: 0 good, 1 a check failed, 2 usage, 3 bad input, 4 the device cannot do it";
+
+/// Runs, checks and measures occlusion culling over baked scenes.
+#[derive(Debug, Parser)]
+#[command(name = "hroc", version, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a culling method over the frames of a camera path.
+    Run(Box<run::RunArguments>),
+    /// Write a standard camera path of a scene as a file.
+    Path(path::PathArguments),
+    /// List the culling methods.
+    Methods,
+}
+
+/// Parses the process's arguments, obeys them and tells how it went.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version go to stdout and are no failure. A closed pipe is not worth a message.
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() {
+                exit::USAGE
+            } else {
+                exit::GOOD
+            });
+        }
+    };
+    let result = match &cli.command {
+        Command::Run(arguments) => run::run(arguments),
+        Command::Path(arguments) => path::path(arguments),
+        Command::Methods => to_stdout(&registry::table()).map(|()| exit::GOOD),
+    };
+    ExitCode::from(result.unwrap_or_else(|error| {
+        let _ = writeln!(io::stderr(), "hroc: {error}");
+        error.exit_code()
+    }))
+}
+
+/// Writes data to the standard output. A reader that has seen enough is no error.
+fn to_stdout(text: &str) -> Result<(), StudyError> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(StudyError::output("standard output")(error))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn open_scene(path: &Path) -> Result<BakedScene, StudyError> {
+    Ok(BakedScene::open_checked(path)?)
+}
+
+/// The path that `name` stands for: a standard one, or a file.
+fn camera_path(name: &Path, scene: &ArchivedScene) -> Result<CameraPath, StudyError> {
+    match name.to_str() {
+        Some("walk-in") => Ok(walk_in(scene)),
+        Some("orbit") => Ok(orbit(scene)),
+        _ => Ok(CameraPath::load(name)?),
+    }
+}
+
+/// `-` or a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Destination {
+    Stdout,
+    File(PathBuf),
+}
+
+impl From<&str> for Destination {
+    fn from(text: &str) -> Self {
+        if text == "-" {
+            Self::Stdout
+        } else {
+            Self::File(text.into())
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! `hroc run`.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use hroc_runtime::{DepthConvention, readback};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{Destination, camera_path, open_scene, to_stdout};
+use crate::error::{StudyError, exit};
+use crate::gpu::{Gpu, GpuOptions};
+use crate::npy;
+use crate::output::{self, OutputFile};
+use crate::registry::{self, Exactness};
+use crate::results::RunResults;
+use crate::run::{FrameView, RunOptions, run as run_method};
+use crate::summary::markdown_summary;
+use crate::truth::TruthCache;
+
+/// Options of `hroc run`.
+#[derive(Debug, Args)]
+pub(super) struct RunArguments {
+    /// A baked scene.
+    scene: PathBuf,
+    /// The culling method (see hroc methods).
+    #[arg(long, default_value = "hroc")]
+    method: String,
+    /// The method's mode; its first one if left out.
+    #[arg(long)]
+    mode: Option<String>,
+    /// The tree to use, by the split rule that built it: sah, middle, equal-count, or what was baked.
+    #[arg(long, default_value = "sah")]
+    split: String,
+    /// Camera path: walk-in, orbit, or a file.
+    #[arg(long, default_value = "walk-in", value_name = "PATH")]
+    path: PathBuf,
+    /// Frames, spread evenly over the path.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    frames: u32,
+    /// Width and height of the image, pixels.
+    #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
+    size: [u32; 2],
+    /// How depth is stored.
+    #[arg(long, value_enum, default_value_t = Depth::Reversed)]
+    depth: Depth,
+    /// Compare every frame with the one where everything is drawn; exit with 1 if an exact method differs.
+    #[arg(long)]
+    check: bool,
+    /// Write the results as JSON; `-` for the standard output.
+    #[arg(long, value_name = "FILE")]
+    json: Option<Destination>,
+    /// Write a frame as an image.
+    #[arg(long, value_name = "FILE")]
+    png: Option<PathBuf>,
+    /// Which frame to write, from 0; the last one if left out.
+    #[arg(long, value_name = "FRAME", requires = "png")]
+    png_frame: Option<u32>,
+    /// Write depth and item buffer of every frame as NumPy arrays into this folder.
+    #[arg(long, value_name = "DIR")]
+    dump: Option<PathBuf>,
+    /// Part of the name of the adapter to use; also read from WGPU_ADAPTER_NAME. A GPU, if there is one,
+    /// where neither is given.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Let the driver and wgpu check every call. Slow.
+    #[arg(long)]
+    validation: bool,
+    /// Where the images of no culling are kept for later checks; the user's cache folder if left out.
+    #[arg(long, value_name = "DIR", conflicts_with = "no_truth_cache")]
+    truth_cache: Option<PathBuf>,
+    /// Keep no images for later checks.
+    #[arg(long)]
+    no_truth_cache: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Depth {
+    /// Near 0, far 1.
+    Standard,
+    /// Near 1, far 0.
+    Reversed,
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let number = |text: &str| text.parse::<u32>().ok().filter(|&n| n > 0);
+    let parsed = text
+        .split_once('x')
+        .and_then(|(width, height)| Some([number(width)?, number(height)?]));
+    parsed.ok_or_else(|| "width and height in pixels, both above 0, as in 1280x720".to_owned())
+}
+
+pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
+    let options_error = StudyError::Usage;
+    let method = registry::method(&arguments.method).map_err(options_error)?;
+    let mode = method
+        .mode(arguments.mode.as_deref())
+        .map_err(options_error)?;
+    if let Some(frame) = arguments
+        .png_frame
+        .filter(|&frame| frame >= arguments.frames)
+    {
+        let frames = arguments.frames;
+        return Err(StudyError::Usage(format!(
+            "--png-frame {frame}: there are {frames} frames, from 0"
+        )));
+    }
+    let baked = open_scene(&arguments.scene)?;
+    let path = camera_path(&arguments.path, baked.scene())?;
+    let mut outputs = Outputs::open(arguments)?;
+    let gpu = Gpu::open(&GpuOptions {
+        adapter: arguments.adapter.clone(),
+        validation: arguments.validation,
+    })?;
+
+    let truth_folder = arguments
+        .truth_cache
+        .clone()
+        .or_else(TruthCache::default_folder);
+    let options = RunOptions {
+        method,
+        mode,
+        split: arguments.split.clone(),
+        path,
+        frames: arguments.frames,
+        size: arguments.size,
+        depth: match arguments.depth {
+            Depth::Standard => DepthConvention::Standard,
+            Depth::Reversed => DepthConvention::Reversed,
+        },
+        check: arguments.check,
+        truth_cache: truth_folder
+            .filter(|_| !arguments.no_truth_cache)
+            .map(TruthCache::new),
+    };
+    let progress = progress_bar();
+    let results = run_method(&gpu, &baked, &options, &progress, &mut |view| {
+        outputs.frame(&gpu, view)
+    });
+    progress.finish_and_clear();
+    let results = results?;
+    outputs.finish(&results)?;
+    Ok(match results.errors() {
+        Some(errors) if errors != [0, 0] && method.exactness == Exactness::Exact => {
+            exit::CHECK_FAILED
+        }
+        _ => exit::GOOD,
+    })
+}
+
+/// Draws nothing where the standard error is no terminal.
+fn progress_bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg:16} {wide_bar} {pos}/{len} frames, {eta} left");
+    ProgressBar::new(0).with_style(style.expect("the template is sound"))
+}
+
+/// Where results go, opened before the run.
+struct Outputs {
+    json: Option<JsonOutput>,
+    png: Option<(OutputFile, u32)>,
+    dump: Option<PathBuf>,
+}
+
+enum JsonOutput {
+    Stdout,
+    File(OutputFile),
+}
+
+impl Outputs {
+    fn open(arguments: &RunArguments) -> Result<Self, StudyError> {
+        if let Some(folder) = &arguments.dump {
+            output::create_folder(folder)?;
+        }
+        let json = match &arguments.json {
+            None => None,
+            Some(Destination::Stdout) => Some(JsonOutput::Stdout),
+            Some(Destination::File(file)) => Some(JsonOutput::File(OutputFile::create(file)?)),
+        };
+        let frame = arguments.png_frame.unwrap_or(arguments.frames - 1);
+        let png = arguments
+            .png
+            .as_deref()
+            .map(OutputFile::create)
+            .transpose()?;
+        Ok(Self {
+            json,
+            png: png.map(|file| (file, frame)),
+            dump: arguments.dump.clone(),
+        })
+    }
+
+    fn frame(&mut self, gpu: &Gpu, view: &FrameView<'_>) -> Result<(), StudyError> {
+        let size = view.targets.targets().size;
+        if let Some(folder) = &self.dump {
+            dump(folder, view, size)?;
+        }
+        if let Some((file, _)) = self.png.take_if(|(_, frame)| *frame == view.frame) {
+            let texels = readback::texture(&gpu.device, &gpu.queue, &view.targets.color);
+            file.finish(&output::png(&texels, size))?;
+        }
+        Ok(())
+    }
+
+    fn finish(self, results: &RunResults) -> Result<(), StudyError> {
+        let summary = markdown_summary(results);
+        match self.json {
+            // The standard output belongs to the data.
+            Some(JsonOutput::Stdout) => {
+                let _ = io::stderr().write_all(summary.as_bytes());
+                to_stdout(&results.to_json())
+            }
+            Some(JsonOutput::File(file)) => {
+                file.finish(results.to_json().as_bytes())?;
+                to_stdout(&summary)
+            }
+            None => to_stdout(&summary),
+        }
+    }
+}
+
+fn dump(folder: &Path, view: &FrameView<'_>, size: [u32; 2]) -> Result<(), StudyError> {
+    let write = |name: &str, contents: Vec<u8>| {
+        OutputFile::create(&folder.join(format!("{:05}_{name}.npy", view.frame)))?.finish(&contents)
+    };
+    write(
+        "depth",
+        npy::file(
+            bytemuck::cast_slice::<u32, f32>(&view.image.depth_bits),
+            size,
+        ),
+    )?;
+    write("item", npy::file(&view.image.items, size))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parse_size;
+
+    #[test]
+    fn sizes_are_two_numbers_above_zero() {
+        assert_eq!(parse_size("640x360"), Ok([640, 360]));
+        for wrong in [
+            "",
+            "640",
+            "0x0",
+            "640x0",
+            "0x360",
+            "640x360x2",
+            "-1x2",
+            "axb",
+            "640X360",
+            "99999999999x1",
+        ] {
+            assert!(parse_size(wrong).is_err(), "{wrong}");
+        }
+    }
+}

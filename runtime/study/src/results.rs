@@ -1,0 +1,335 @@
+//! What a run found, as data: schema 1 of the JSON that `hroc run --json` writes. README.md lists the fields
+//! with their units.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// The JSON's version.
+pub const SCHEMA: u32 = 1;
+/// Frames at the start that averages leave out, as in the paper: caches and history are cold.
+pub const WARM_UP_FRAMES: usize = 4;
+
+/// A run of one method over one scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct RunResults {
+    pub schema: u32,
+    pub scene: SceneInfo,
+    pub method: String,
+    /// `None` for a method without modes.
+    pub mode: Option<String>,
+    /// `None` for a method that reads no tree.
+    pub split: Option<String>,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    pub frames: u32,
+    /// `standard` or `reversed`.
+    pub depth: String,
+    pub adapter: AdapterInfo,
+    pub paths: Paths,
+    pub memory_bytes: Memory,
+    pub warnings: Vec<Warning>,
+    pub per_frame: Vec<Frame>,
+}
+
+/// The scene of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct SceneInfo {
+    pub name: String,
+    pub objects: usize,
+    /// As drawn: a mesh counts for each object that draws it.
+    pub triangles: u64,
+    pub file_bytes: u64,
+}
+
+/// What a run ran on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct AdapterInfo {
+    pub name: String,
+    pub driver: String,
+    pub backend: String,
+}
+
+/// Which of several ways a run took.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Paths {
+    /// How draw lists were submitted: `indirect-count` or `zeroed-tail`.
+    pub submission: String,
+    /// What tells visible objects from hidden ones: `item-buffer`.
+    pub early_z: String,
+    /// The clock of `frame_ms` and `stages_ms`: `wall`.
+    pub clock: String,
+}
+
+/// GPU memory, bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// Vertices and indices.
+    pub geometry: u64,
+    /// Objects and meshes.
+    pub objects: u64,
+    /// The hierarchy; 0 for a method that reads none.
+    pub tree: u64,
+    /// The method's own buffers.
+    pub method: u64,
+}
+
+/// Something to know when reading the figures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Warning {
+    /// The adapter is a CPU: milliseconds say little about GPUs, counters do.
+    SoftwareAdapter {
+        /// Its name.
+        adapter: String,
+    },
+    /// No more frames than the warm-up: the averages hold all of them.
+    NoWarmUp {
+        /// Frames in the run.
+        frames: u32,
+    },
+    /// The truth could not be kept for the next run.
+    TruthNotCached {
+        /// Why.
+        reason: String,
+    },
+    /// The scene has no objects.
+    EmptyScene,
+}
+
+impl std::fmt::Display for Warning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::SoftwareAdapter { adapter } => {
+                write!(
+                    f,
+                    "'{adapter}' runs on the CPU: compare counters rather than milliseconds"
+                )
+            }
+            Self::NoWarmUp { frames } => write!(
+                f,
+                "only {frames} frames: averages include the first {WARM_UP_FRAMES}, use --frames {} or more",
+                WARM_UP_FRAMES + 1
+            ),
+            Self::TruthNotCached { reason } => f.write_str(reason),
+            Self::EmptyScene => f.write_str("the scene has no objects"),
+        }
+    }
+}
+
+/// One frame. The fields of the check are `None` in a run without it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Frame {
+    /// Objects that show.
+    pub visible: Option<usize>,
+    /// Objects whose bounds meet the view volume.
+    pub in_frustum: Option<usize>,
+    /// Objects drawn: V united with U.
+    pub pvs: Option<usize>,
+    /// Pixels whose depth bits are not the truth's.
+    pub wrong_pixels: Option<usize>,
+    /// Visible objects that were not drawn.
+    pub false_negatives: Option<usize>,
+    /// Pixels of right depth with another object's id.
+    pub depth_ties: Option<usize>,
+    /// Hidden objects in the view volume that were not drawn, as a share of the hidden objects in it;
+    /// `None` also where none is hidden.
+    pub cull_rate: Option<f64>,
+    /// Sizes of the sets.
+    pub sets: SetSizes,
+    /// From the first command recorded to the last one done, milliseconds.
+    pub frame_ms: f64,
+    /// Milliseconds per stage, from a replay that waits at each stage.
+    pub stages_ms: BTreeMap<String, f64>,
+    /// Work done.
+    pub counters: Counters,
+}
+
+/// Sizes of the sets of a frame; `None`: the method has no such set.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub struct SetSizes {
+    /// Potential occluders: drawn first.
+    pub v: Option<usize>,
+    /// Effective occluders: those of V that show in the occlusion map.
+    pub o: Option<usize>,
+    /// Occludee groups.
+    pub g: Option<usize>,
+    /// Potentially visible occludees: drawn second.
+    pub u: Option<usize>,
+    /// Those of U that show.
+    pub d: Option<usize>,
+}
+
+/// Work of a frame, from an instrumented replay; `None`: the method does no such work or cannot count it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct Counters {
+    pub draws: Option<u64>,
+    pub triangles: Option<u64>,
+    pub groups: Option<u64>,
+    pub boxes_rasterized: Option<u64>,
+    pub rays: Option<u64>,
+    pub ray_box_tests: Option<u64>,
+}
+
+impl RunResults {
+    /// The JSON text.
+    pub fn to_json(&self) -> String {
+        let mut json = serde_json::to_string_pretty(self).expect("results become JSON");
+        json.push('\n');
+        json
+    }
+
+    /// The frames that averages are made of.
+    pub fn steady_frames(&self) -> &[Frame] {
+        if self.per_frame.len() > WARM_UP_FRAMES {
+            &self.per_frame[WARM_UP_FRAMES..]
+        } else {
+            &self.per_frame
+        }
+    }
+
+    /// Wrong pixels and false negatives of all frames; `None` for a run without the check.
+    pub fn errors(&self) -> Option<[usize; 2]> {
+        let frames = self.per_frame.iter();
+        frames
+            .map(|frame| Some([frame.wrong_pixels?, frame.false_negatives?]))
+            .try_fold([0; 2], |sum, frame| {
+                let frame = frame?;
+                Some([sum[0] + frame[0], sum[1] + frame[1]])
+            })
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) fn sample() -> RunResults {
+        let frame = |frame_ms| Frame {
+            visible: Some(4),
+            in_frustum: Some(8),
+            pvs: Some(5),
+            wrong_pixels: Some(0),
+            false_negatives: Some(0),
+            depth_ties: Some(1),
+            cull_rate: Some(0.75),
+            sets: SetSizes {
+                v: Some(4),
+                u: Some(1),
+                ..Default::default()
+            },
+            frame_ms,
+            stages_ms: [("pack".to_owned(), 0.25)].into(),
+            counters: Counters {
+                draws: Some(5),
+                ..Default::default()
+            },
+        };
+        RunResults {
+            schema: SCHEMA,
+            scene: SceneInfo {
+                name: "room".into(),
+                objects: 10,
+                triangles: 120,
+                file_bytes: 4096,
+            },
+            method: "hroc".into(),
+            mode: Some("of".into()),
+            split: Some("sah".into()),
+            size: [64, 36],
+            frames: 6,
+            depth: "reversed".into(),
+            adapter: AdapterInfo {
+                name: "a".into(),
+                driver: "d".into(),
+                backend: "vulkan".into(),
+            },
+            paths: Paths {
+                submission: "indirect-count".into(),
+                early_z: "item-buffer".into(),
+                clock: "wall".into(),
+            },
+            memory_bytes: Memory {
+                geometry: 1,
+                objects: 2,
+                tree: 3,
+                method: 4,
+            },
+            warnings: vec![Warning::EmptyScene, Warning::NoWarmUp { frames: 2 }],
+            per_frame: [100.0, 100.0, 100.0, 100.0, 2.0, 4.0].map(frame).to_vec(),
+        }
+    }
+
+    #[test]
+    fn json_round_trip_with_the_documented_names() {
+        let results = sample();
+        let json = results.to_json();
+        assert_eq!(serde_json::from_str::<RunResults>(&json).unwrap(), results);
+        let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let names = |value: &serde_json::Value| {
+            value
+                .as_object()
+                .unwrap()
+                .keys()
+                .cloned()
+                .collect::<Vec<_>>()
+        };
+        let sorted = |list: &str| {
+            let mut list = list
+                .split_whitespace()
+                .map(str::to_owned)
+                .collect::<Vec<_>>();
+            list.sort();
+            list
+        };
+        for (at, expected) in [
+            (
+                "",
+                "schema scene method mode split size frames depth adapter paths memory_bytes warnings per_frame",
+            ),
+            ("/scene", "name objects triangles file_bytes"),
+            ("/adapter", "name driver backend"),
+            ("/paths", "submission early_z clock"),
+            ("/per_frame/0/sets", "V O G U D"),
+            (
+                "/per_frame/0/counters",
+                "draws triangles groups boxes_rasterized rays ray_box_tests",
+            ),
+            (
+                "/per_frame/0",
+                "visible in_frustum pvs wrong_pixels false_negatives depth_ties cull_rate sets frame_ms stages_ms counters",
+            ),
+        ] {
+            let mut found = names(value.pointer(at).unwrap());
+            found.sort();
+            assert_eq!(found, sorted(expected), "{at}");
+        }
+        assert!(value["per_frame"][0]["sets"]["O"].is_null());
+        assert_eq!(value["warnings"][1]["kind"], "no_warm_up");
+    }
+
+    #[test]
+    fn the_warm_up_is_left_out_and_errors_add_up() {
+        let mut results = sample();
+        assert_eq!(
+            results
+                .steady_frames()
+                .iter()
+                .map(|frame| frame.frame_ms)
+                .collect::<Vec<_>>(),
+            [2.0, 4.0]
+        );
+        assert_eq!(results.errors(), Some([0, 0]));
+        results.per_frame[1].wrong_pixels = Some(3);
+        assert_eq!(results.errors(), Some([3, 0]));
+        results.per_frame[2].wrong_pixels = None;
+        assert_eq!(results.errors(), None);
+        results.per_frame.truncate(3);
+        assert_eq!(results.steady_frames().len(), 3);
+    }
+}

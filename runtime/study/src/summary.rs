@@ -1,0 +1,200 @@
+//! A run in a few lines for people.
+
+use crate::results::{Frame, RunResults};
+use crate::table::markdown;
+
+/// Markdown: what ran, a table of averages and percentiles over the steady frames, the warnings.
+pub fn markdown_summary(results: &RunResults) -> String {
+    let [width, height] = results.size;
+    let options = [&results.mode, &results.split]
+        .into_iter()
+        .flatten()
+        .map(|option| format!(" {option}"));
+    let mut text = format!(
+        "{}{} on {}: {} objects, {} triangles, {} frames of {width}x{height}, {} depth, {}\n\n",
+        results.method,
+        options.collect::<String>(),
+        if results.scene.name.is_empty() {
+            "(unnamed)"
+        } else {
+            &results.scene.name
+        },
+        results.scene.objects,
+        results.scene.triangles,
+        results.frames,
+        results.depth,
+        results.adapter.name,
+    );
+    text += &markdown(["per frame", "value"], rows(results));
+    for warning in &results.warnings {
+        text += &format!("\nwarning: {warning}\n");
+    }
+    text
+}
+
+fn rows(results: &RunResults) -> Vec<[String; 2]> {
+    let frames = results.steady_frames();
+    let objects = results.scene.objects as f64;
+    let mean = |value: &dyn Fn(&Frame) -> Option<f64>| mean(frames.iter().map(value));
+    let count = |value: fn(&Frame) -> Option<usize>| {
+        number(mean(&|frame| value(frame).map(|count| count as f64)))
+    };
+    let work = |value: fn(&Frame) -> Option<u64>| {
+        number(mean(&|frame| value(frame).map(|count| count as f64)))
+    };
+    let culled = |frame: &Frame| frame.pvs.map(|pvs| objects - pvs as f64);
+    let cullable = |frame: &Frame| frame.visible.map(|visible| objects - visible as f64);
+    let times = frames
+        .iter()
+        .map(|frame| frame.frame_ms)
+        .collect::<Vec<_>>();
+
+    let mut rows = vec![
+        (
+            "frame time, median (ms)".to_owned(),
+            milliseconds(percentile(&times, 0.5)),
+        ),
+        (
+            "frame time, 99th percentile (ms)".to_owned(),
+            milliseconds(percentile(&times, 0.99)),
+        ),
+    ];
+    let stages = frames.iter().flat_map(|frame| frame.stages_ms.keys());
+    for stage in stages.collect::<std::collections::BTreeSet<_>>() {
+        let ms = frames
+            .iter()
+            .map(|frame| frame.stages_ms.get(stage).copied().unwrap_or(0.0))
+            .collect::<Vec<_>>();
+        rows.push((
+            format!("{stage}, median (ms)"),
+            milliseconds(percentile(&ms, 0.5)),
+        ));
+    }
+    rows.extend([
+        ("objects drawn".to_owned(), count(|frame| frame.pvs)),
+        (
+            "triangles drawn".to_owned(),
+            work(|frame| frame.counters.triangles),
+        ),
+        ("groups".to_owned(), work(|frame| frame.counters.groups)),
+        ("rays".to_owned(), work(|frame| frame.counters.rays)),
+        (
+            "ray-box tests".to_owned(),
+            work(|frame| frame.counters.ray_box_tests),
+        ),
+        ("objects visible".to_owned(), count(|frame| frame.visible)),
+        (
+            "objects in the frustum".to_owned(),
+            count(|frame| frame.in_frustum),
+        ),
+        (
+            "C/N (culled / all)".to_owned(),
+            share(mean(&|frame| ratio(culled(frame)?, objects))),
+        ),
+        (
+            "C/R (culled / hidden)".to_owned(),
+            share(mean(&|frame| ratio(culled(frame)?, cullable(frame)?))),
+        ),
+        (
+            "culled / hidden, in the frustum".to_owned(),
+            share(mean(&|frame| frame.cull_rate)),
+        ),
+    ]);
+    if let Some([wrong_pixels, false_negatives]) = results.errors() {
+        let ties = results
+            .per_frame
+            .iter()
+            .filter_map(|frame| frame.depth_ties)
+            .sum::<usize>();
+        rows.extend([
+            (
+                "wrong pixels, all frames".to_owned(),
+                wrong_pixels.to_string(),
+            ),
+            (
+                "false negatives, all frames".to_owned(),
+                false_negatives.to_string(),
+            ),
+            (
+                "depth ties, all frames (pixels)".to_owned(),
+                ties.to_string(),
+            ),
+        ]);
+    }
+    rows.retain(|(_, value)| value != ABSENT);
+    rows.into_iter()
+        .map(|(name, value)| [name, value])
+        .collect()
+}
+
+/// Rows without a value are left out.
+const ABSENT: &str = "";
+
+fn ratio(a: f64, b: f64) -> Option<f64> {
+    (b > 0.0).then(|| a / b)
+}
+
+/// Mean of the values there are; `None` if there is none.
+fn mean(values: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    let (sum, count) = values
+        .flatten()
+        .fold((0.0, 0u32), |(sum, count), value| (sum + value, count + 1));
+    (count > 0).then(|| sum / f64::from(count))
+}
+
+/// The smallest value that at least the share `p` of all values do not exceed (nearest rank).
+pub fn percentile(values: &[f64], p: f64) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let rank = (p * sorted.len() as f64).ceil() as usize;
+    sorted.get(rank.max(1) - 1).copied()
+}
+
+fn milliseconds(value: Option<f64>) -> String {
+    value.map_or(ABSENT.to_owned(), |value| format!("{value:.3}"))
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or(ABSENT.to_owned(), |value| format!("{value:.1}"))
+}
+
+fn share(value: Option<f64>) -> String {
+    value.map_or(ABSENT.to_owned(), |value| format!("{:.2} %", 100.0 * value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::tests::sample;
+
+    #[test]
+    fn percentiles_are_values_of_the_sample() {
+        let values = [5.0, 1.0, 4.0, 2.0, 3.0];
+        assert_eq!(
+            [0.0, 0.5, 0.8, 0.81, 0.99, 1.0].map(|p| percentile(&values, p).unwrap()),
+            [1.0, 3.0, 4.0, 5.0, 5.0, 5.0]
+        );
+        assert_eq!(percentile(&[], 0.5), None);
+    }
+
+    #[test]
+    fn the_summary_holds_the_figures_of_the_steady_frames() {
+        let text = markdown_summary(&sample());
+        let value = |row: &str| {
+            let line = text
+                .lines()
+                .find(|line| line.contains(row))
+                .unwrap_or_else(|| panic!("{row} in {text}"));
+            line.split('|').nth(2).unwrap().trim().to_owned()
+        };
+        assert_eq!(value("frame time, median"), "2.000");
+        assert_eq!(value("99th"), "4.000");
+        assert_eq!(value("C/N"), "50.00 %");
+        assert_eq!(value("C/R"), "83.33 %");
+        assert_eq!(value("culled / hidden, in"), "75.00 %");
+        assert_eq!(value("pack, median"), "0.250");
+        assert_eq!(value("depth ties"), "6");
+        assert!(!text.contains("rays"));
+        assert!(text.contains("warning: the scene has no objects"));
+    }
+}

@@ -1,0 +1,278 @@
+//! The truth: what no culling draws, computed once per camera and kept on disk.
+//!
+//! An entry is one file, named by the hash of everything its pixels depend on. A file that is not what was
+//! written is computed anew. The cache never fails a run: what goes wrong with it is a warning.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use xxhash_rust::xxh3::{Xxh3Default, xxh3_64};
+
+use crate::image::Image;
+use crate::output::OutputFile;
+
+/// The cache's files together; beyond it the ones used longest ago go.
+pub const MAX_CACHE_BYTES: u64 = 4 << 30;
+const MAGIC: [u8; 8] = *b"HROCTRU1";
+const EXTENSION: &str = "truth";
+/// Magic, key, checksum of the pixels.
+const HEADER_LEN: usize = 8 + 16 + 8;
+
+/// What all frames of a run have in common and their pixels depend on.
+#[derive(Clone)]
+pub struct TruthKey {
+    hash: Xxh3Default,
+    pixels: usize,
+}
+
+impl std::fmt::Debug for TruthKey {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "TruthKey({:032x})", self.hash.digest128())
+    }
+}
+
+impl TruthKey {
+    /// The key of frames of `size` pixels. `dependencies`: the baked file, the shaders, the depth
+    /// convention, the adapter and its driver, in a fixed order.
+    pub fn new(size: [u32; 2], dependencies: &[&[u8]]) -> Self {
+        let mut hash = Xxh3Default::new();
+        hash.update(&MAGIC);
+        hash.update(bytemuck::bytes_of(&size));
+        for dependency in dependencies {
+            // The length first, so that no two lists run together.
+            hash.update(&(dependency.len() as u64).to_le_bytes());
+            hash.update(dependency);
+        }
+        Self {
+            hash,
+            pixels: size[0] as usize * size[1] as usize,
+        }
+    }
+
+    fn of_frame(&self, clip_from_world: &[[f32; 4]; 4]) -> u128 {
+        let mut hash = self.hash.clone();
+        hash.update(bytemuck::bytes_of(clip_from_world));
+        hash.digest128()
+    }
+}
+
+/// The folder of entries.
+#[derive(Debug)]
+pub struct TruthCache {
+    folder: PathBuf,
+    max_bytes: u64,
+}
+
+impl TruthCache {
+    /// The cache in `folder`, which is made when the first entry is stored.
+    pub fn new(folder: PathBuf) -> Self {
+        Self {
+            folder,
+            max_bytes: MAX_CACHE_BYTES,
+        }
+    }
+
+    /// `$XDG_CACHE_HOME/hroc`, else `$HOME/.cache/hroc`; `None` where neither is set.
+    pub fn default_folder() -> Option<PathBuf> {
+        let absolute = |name| {
+            std::env::var_os(name)
+                .map(PathBuf::from)
+                .filter(|path| path.is_absolute())
+        };
+        let base = absolute("XDG_CACHE_HOME").or_else(|| Some(absolute("HOME")?.join(".cache")))?;
+        Some(base.join("hroc"))
+    }
+
+    /// The frame seen through `clip_from_world`, if it is here and undamaged.
+    pub fn load(&self, key: &TruthKey, clip_from_world: &[[f32; 4]; 4]) -> Option<Image> {
+        let id = key.of_frame(clip_from_world);
+        let mut file = File::open(self.path(id)).ok()?;
+        let expected = (HEADER_LEN + 8 * key.pixels) as u64;
+        if file.metadata().ok()?.len() != expected {
+            return None;
+        }
+        let mut bytes = Vec::with_capacity(expected as usize);
+        // Not a byte more, even if the file grows meanwhile.
+        file.by_ref().take(expected).read_to_end(&mut bytes).ok()?;
+        let (header, pixels) = bytes.split_at_checked(HEADER_LEN)?;
+        if pixels.len() != 8 * key.pixels || *header != entry_header(id, pixels) {
+            return None;
+        }
+        let (depth, items) = pixels.split_at(4 * key.pixels);
+        // For the order of eviction; no harm if it cannot be set.
+        let _ = file.set_modified(SystemTime::now());
+        Some(Image {
+            depth_bits: bytemuck::pod_collect_to_vec(depth),
+            items: bytemuck::pod_collect_to_vec(items),
+        })
+    }
+
+    /// Keeps a frame.
+    ///
+    /// # Errors
+    /// Why it could not be kept; to warn with.
+    pub fn store(
+        &self,
+        key: &TruthKey,
+        clip_from_world: &[[f32; 4]; 4],
+        image: &Image,
+    ) -> Result<(), String> {
+        let warn = |error: &dyn std::fmt::Display| format!("the truth is not cached: {error}");
+        fs::create_dir_all(&self.folder)
+            .map_err(|error| warn(&format!("{}: {error}", self.folder.display())))?;
+        let id = key.of_frame(clip_from_world);
+        let pixels = [&image.depth_bits, &image.items]
+            .map(|words| bytemuck::cast_slice::<u32, u8>(words))
+            .concat();
+        let entry = [&entry_header(id, &pixels)[..], &pixels].concat();
+        let file = OutputFile::create(&self.path(id)).map_err(|error| warn(&error))?;
+        file.finish(&entry).map_err(|error| warn(&error))
+    }
+
+    /// Removes the entries used longest ago until the rest fits.
+    pub fn evict(&self) {
+        let Ok(entries) = fs::read_dir(&self.folder) else {
+            return;
+        };
+        let mut entries = entries
+            .flatten()
+            .map(|entry| entry.path())
+            .filter(|path| {
+                path.extension()
+                    .is_some_and(|extension| extension == EXTENSION)
+            })
+            .filter_map(|path| {
+                let metadata = fs::metadata(&path).ok()?;
+                Some((metadata.modified().ok()?, metadata.len(), path))
+            })
+            .collect::<Vec<_>>();
+        entries.sort();
+        let mut total = entries.iter().map(|(_, len, _)| len).sum::<u64>();
+        for (_, len, path) in entries {
+            if total <= self.max_bytes {
+                break;
+            }
+            if fs::remove_file(path).is_ok() {
+                total -= len;
+            }
+        }
+    }
+
+    fn path(&self, id: u128) -> PathBuf {
+        self.folder
+            .join(format!("{id:032x}"))
+            .with_extension(EXTENSION)
+    }
+
+    /// Where the entries lie.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+}
+
+fn entry_header(id: u128, pixels: &[u8]) -> [u8; HEADER_LEN] {
+    let mut header = [0; HEADER_LEN];
+    header[..8].copy_from_slice(&MAGIC);
+    header[8..24].copy_from_slice(&id.to_le_bytes());
+    header[24..].copy_from_slice(&xxh3_64(pixels).to_le_bytes());
+    header
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLIP: [[f32; 4]; 4] = [[1.0; 4]; 4];
+
+    fn image(id: u32) -> Image {
+        Image {
+            depth_bits: vec![0.5f32.to_bits(), 1],
+            items: vec![id, u32::MAX],
+        }
+    }
+
+    #[test]
+    fn a_stored_frame_comes_back_for_the_same_key_only() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = TruthCache::new(folder.path().join("made/on/demand"));
+        let key = TruthKey::new([2, 1], &[b"scene", b"shader"]);
+        assert_eq!(cache.load(&key, &CLIP), None);
+        cache.store(&key, &CLIP, &image(7)).unwrap();
+        assert_eq!(cache.load(&key, &CLIP), Some(image(7)));
+        let mut moved = CLIP;
+        moved[3][0] = 1.0f32.next_up();
+        assert_eq!(cache.load(&key, &moved), None);
+        for other in [
+            TruthKey::new([1, 2], &[b"scene", b"shader"]),
+            TruthKey::new([2, 1], &[b"sceneshader"]),
+        ] {
+            assert_eq!(cache.load(&other, &CLIP), None);
+        }
+    }
+
+    #[test]
+    fn a_damaged_entry_is_not_used() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = TruthCache::new(folder.path().into());
+        let key = TruthKey::new([2, 1], &[]);
+        cache.store(&key, &CLIP, &image(7)).unwrap();
+        let path = cache.path(key.of_frame(&CLIP));
+        let good = fs::read(&path).unwrap();
+        for at in 0..good.len() {
+            let mut bad = good.clone();
+            bad[at] ^= 1;
+            fs::write(&path, bad).unwrap();
+            assert_eq!(cache.load(&key, &CLIP), None, "bit flipped in byte {at}");
+        }
+        for len in [0, 10, HEADER_LEN, good.len() - 1] {
+            fs::write(&path, &good[..len]).unwrap();
+            assert_eq!(cache.load(&key, &CLIP), None, "cut to {len}");
+        }
+        fs::write(&path, &good).unwrap();
+        assert_eq!(cache.load(&key, &CLIP), Some(image(7)));
+    }
+
+    #[test]
+    fn the_entries_used_longest_ago_go_first() {
+        let folder = tempfile::tempdir().unwrap();
+        let key = TruthKey::new([2, 1], &[]);
+        let entry_bytes = (HEADER_LEN + 16) as u64;
+        let cache = TruthCache {
+            folder: folder.path().into(),
+            max_bytes: 2 * entry_bytes,
+        };
+        let clip = |i: u32| [[i as f32; 4]; 4];
+        for i in 0..4 {
+            cache.store(&key, &clip(i), &image(i)).unwrap();
+            let file = File::options()
+                .write(true)
+                .open(cache.path(key.of_frame(&clip(i))))
+                .unwrap();
+            file.set_modified(
+                SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(1000 + u64::from(i)),
+            )
+            .unwrap();
+        }
+        assert!(cache.load(&key, &clip(0)).is_some());
+        fs::write(folder.path().join("foreign.txt"), vec![0; 1000]).unwrap();
+        cache.evict();
+        let kept = [0, 1, 2, 3].map(|i| cache.load(&key, &clip(i)).is_some());
+        assert_eq!(kept, [true, false, false, true]);
+        assert!(folder.path().join("foreign.txt").exists());
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_made_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, b"").unwrap();
+        let cache = TruthCache::new(file.join("cache"));
+        let error = cache
+            .store(&TruthKey::new([2, 1], &[]), &CLIP, &image(7))
+            .unwrap_err();
+        assert!(error.contains("not cached"), "{error}");
+        cache.evict();
+    }
+}
