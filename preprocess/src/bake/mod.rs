@@ -3,19 +3,21 @@
 //! threads: threads work on separate meshes, objects and subtrees, and results are put together in
 //! order.
 
+mod place;
+mod report;
+
+pub use report::{BakeReport, Stage, TreeReport};
+
 use crate::bvh;
 use crate::normals;
 use crate::optimize::{self, MeshError};
 use crate::progress::Progress;
-use crate::scene::{AlphaMode, SourceCamera, SourceMesh, SourceObject, SourceScene};
+use crate::scene::{SourceCamera, SourceMesh, SourceObject, SourceScene};
 use crate::split::{RULES, SplitRule};
-use crate::world_bounds::{Points, flush_denormals, round_to_f32};
-use glam::{DAffine3, DVec3};
-use hroc_format::{
-    Bounds, BvhStats, Camera, Mesh, Object, ObjectSource, Scene, SourceFile, object_flags,
-};
+use crate::world_bounds::flush_denormals;
+use glam::DVec3;
+use hroc_format::{Bounds, Camera, Mesh, ObjectSource, Scene, SourceFile};
 use rayon::prelude::*;
-use std::time::Instant;
 
 /// What to bake.
 pub struct BakeOptions {
@@ -91,84 +93,6 @@ pub enum BakeError {
     },
 }
 
-/// What a bake did.
-#[derive(Clone, Debug, Default, serde::Serialize)]
-pub struct BakeReport {
-    /// Number of objects.
-    pub objects: usize,
-    /// Triangles drawn, instances counted each.
-    pub triangles: u64,
-    /// Meshes stored.
-    pub meshes: usize,
-    /// Vertices stored.
-    pub vertices: usize,
-    /// Vertices of the source's meshes.
-    pub source_vertices: usize,
-    /// Triangles stored.
-    pub stored_triangles: usize,
-    /// The trees.
-    pub trees: Vec<TreeReport>,
-    /// Wall time of each stage, in order.
-    pub stages: Vec<Stage>,
-    /// What was left out or changed, for the user to read.
-    pub warnings: Vec<String>,
-}
-
-/// Statistics of a tree; the fields of [`BvhStats`].
-#[derive(Clone, Debug, serde::Serialize)]
-#[allow(missing_docs)]
-pub struct TreeReport {
-    pub split: String,
-    pub nodes: usize,
-    pub depth: u32,
-    pub mean_leaf_depth: f64,
-    pub sah_cost: f64,
-    pub overlap: f64,
-}
-
-impl TreeReport {
-    /// From the stored statistics.
-    pub fn new(split: &str, nodes: usize, stats: &BvhStats) -> Self {
-        let BvhStats {
-            depth,
-            mean_leaf_depth,
-            sah_cost,
-            overlap,
-            ..
-        } = *stats;
-        Self {
-            split: split.to_owned(),
-            nodes,
-            depth,
-            mean_leaf_depth,
-            sah_cost,
-            overlap,
-        }
-    }
-}
-
-/// Wall time of a stage.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct Stage {
-    /// Its name.
-    pub name: &'static str,
-    /// In seconds.
-    pub seconds: f64,
-}
-
-impl BakeReport {
-    /// Runs a stage and notes how long it took.
-    fn timed<T>(&mut self, name: &'static str, stage: impl FnOnce() -> T) -> T {
-        let start = Instant::now();
-        let result = stage();
-        self.stages.push(Stage {
-            name,
-            seconds: start.elapsed().as_secs_f64(),
-        });
-        result
-    }
-}
-
 /// Bakes a scene on the current rayon pool.
 ///
 /// # Errors
@@ -207,9 +131,9 @@ pub fn bake(
 
     let packed = report.timed("pack", || Packed::new(&meshes, keep))?;
     progress.stage("bounds", source.objects.len() as u64);
-    let origin = origin(&source.objects, &packed.meshes);
+    let origin = place::origin(&source.objects, &packed.meshes);
     let placed = report.timed("bounds", || {
-        place(&source.objects, &meshes, origin, progress)
+        place::place(&source.objects, &meshes, origin, progress)
     });
     let (objects, object_bounds) = placed?;
     drop(meshes);
@@ -372,101 +296,6 @@ impl Packed {
         }
         Ok(packed)
     }
-}
-
-/// World's zero: the centre of the scene, on a grid of 1/256 to 1/512 of its size, so that
-/// translations on a grid stay exact.
-fn origin(objects: &[SourceObject], meshes: &[Mesh]) -> DVec3 {
-    let (min, max) = objects
-        .par_iter()
-        .map(|object| {
-            let mesh = &meshes[object.mesh];
-            let (min, max) = (mesh.min.map(f64::from), mesh.max.map(f64::from));
-            box_under(&object.world_from_object, min.into(), max.into())
-        })
-        .reduce(
-            || (DVec3::INFINITY, DVec3::NEG_INFINITY),
-            |a, b| (a.0.min(b.0), a.1.max(b.1)),
-        );
-    let centre = min + (max - min) * 0.5;
-    if !centre.is_finite() {
-        return DVec3::ZERO;
-    }
-    let size = (max - min).max_element();
-    let step = (size.log2().floor() - 8.0).exp2();
-    let snapped = (centre / step).round() * step;
-    if snapped.is_finite() { snapped } else { centre }
-}
-
-/// Bounds of a box under an affine map, to f64 rounding.
-fn box_under(map: &DAffine3, min: DVec3, max: DVec3) -> (DVec3, DVec3) {
-    let centre = map.transform_point3(min + (max - min) * 0.5);
-    let half = (max - min) * 0.5;
-    let axes = map.matrix3;
-    let reach =
-        axes.x_axis.abs() * half.x + axes.y_axis.abs() * half.y + axes.z_axis.abs() * half.z;
-    (centre - reach, centre + reach)
-}
-
-/// The stored objects and their world bounds.
-fn place(
-    sources: &[SourceObject],
-    meshes: &[SourceMesh],
-    origin: DVec3,
-    progress: &dyn Progress,
-) -> Result<(Vec<Object>, Vec<Bounds>), BakeError> {
-    let points: Vec<Points> = meshes
-        .par_iter()
-        .map(|mesh| Points::new(&mesh.positions))
-        .collect();
-    let place = |(id, source): (usize, &SourceObject)| {
-        let world_from_object = round_to_f32(&source.world_from_object, origin);
-        let bounds = points[source.mesh].world_bounds(&world_from_object);
-        let bounds = bounds.ok_or_else(|| BakeError::TooFar {
-            object: id,
-            name: source.name.clone(),
-        })?;
-        let object = Object {
-            world_from_object,
-            mesh: source.mesh as u32,
-            base_color: pack_color(source),
-            flags: flags(source),
-            reserved: 0,
-        };
-        progress.advance(1);
-        Ok((object, bounds))
-    };
-    sources
-        .par_iter()
-        .enumerate()
-        .map(place)
-        .collect::<Result<(Vec<_>, Vec<_>), _>>()
-}
-
-fn pack_color(source: &SourceObject) -> u32 {
-    let [r, g, b, a] = source.base_color;
-    let alpha = if source.alpha == AlphaMode::Opaque {
-        1.0
-    } else {
-        a
-    };
-    u32::from_le_bytes(
-        [r, g, b, alpha].map(|channel| (channel.clamp(0.0, 1.0) * 255.0).round() as u8),
-    )
-}
-
-fn flags(source: &SourceObject) -> u32 {
-    let alpha = match source.alpha {
-        AlphaMode::Opaque => 0,
-        AlphaMode::Masked => object_flags::MASKED,
-        AlphaMode::Blended => object_flags::BLENDED,
-    };
-    alpha
-        | if source.double_sided {
-            object_flags::DOUBLE_SIDED
-        } else {
-            0
-        }
 }
 
 fn object_source(source: &SourceObject) -> ObjectSource {

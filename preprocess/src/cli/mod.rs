@@ -6,6 +6,7 @@
 //! commands that compare pictures and is never used here.
 
 mod bake;
+mod generate;
 
 mod inspect;
 mod progress;
@@ -41,6 +42,7 @@ enum Command {
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
     Verify(verify::Arguments),
+    Generate(generate::Arguments),
 }
 
 /// Why a command ended early.
@@ -79,6 +81,7 @@ pub fn main() -> ExitCode {
         Command::Bake(arguments) => bake::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
+        Command::Generate(arguments) => generate::run(&arguments),
     };
     let (message, code) = match result {
         Ok(()) | Err(Failure::Closed) => return ExitCode::SUCCESS,

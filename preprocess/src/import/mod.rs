@@ -166,6 +166,8 @@ fn unknown_format(path: &Path, bytes: &[u8]) -> ImportError {
         (b"BLENDER", "is a Blender scene"),
         (b"ply", "is a PLY mesh"),
         (b"<", "is XML or HTML"),
+        (b"\xFE\xFF", "is UTF-16 text, not UTF-8"),
+        (b"\xFF\xFE", "is UTF-16 text, not UTF-8"),
     ];
     if let Some((_, what)) = KNOWN.iter().find(|(magic, _)| bytes.starts_with(magic)) {
         return unknown(what);

@@ -1,4 +1,4 @@
-//! Wavefront OBJ. An object is a run of faces of one `o`, one `g` and one `usemtl`.
+//! Wavefront OBJ. An object is all faces of one `o`, one `g` and one `usemtl`, wherever they stand.
 //!
 //! Read here rather than by `tobj`, which takes polylines for polygons, joins objects when the
 //! material library is missing, and panics on a short `Kd`. Positions are parsed in f64: where the
@@ -50,9 +50,11 @@ pub(super) fn import(import: &mut Import<'_>) -> Result<()> {
 /// The indices of a face's corner: position, texture coordinate, normal.
 type Corner = (u32, Option<u32>, Option<u32>);
 
-/// Faces of one `o`, `g` and `usemtl`, as they are read.
+/// An object in the making: the faces of one `o`, `g` and `usemtl`.
 #[derive(Default)]
-struct Run {
+struct Part {
+    name: String,
+    material: String,
     corners: HashMap<Corner, u32>,
     order: Vec<Corner>,
     indices: Vec<u32>,
@@ -64,12 +66,12 @@ struct Reader<'r, 'i> {
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
     materials: HashMap<String, Material>,
-    object: String,
-    group: String,
-    material: String,
-    run: Run,
-    /// Finished runs with their name and material.
-    runs: Vec<(String, String, Run)>,
+    /// The names in force: `o`, `g`, `usemtl`.
+    names: [String; 3],
+    parts: Vec<Part>,
+    part_of_names: HashMap<[String; 3], usize>,
+    /// The part of the names in force, once a face was read under them.
+    current: Option<usize>,
     points: usize,
     lines: usize,
     curves: usize,
@@ -83,11 +85,10 @@ impl<'r, 'i> Reader<'r, 'i> {
             uvs: Vec::new(),
             normals: Vec::new(),
             materials: HashMap::new(),
-            object: String::new(),
-            group: String::new(),
-            material: String::new(),
-            run: Run::default(),
-            runs: Vec::new(),
+            names: Default::default(),
+            parts: Vec::new(),
+            part_of_names: HashMap::new(),
+            current: None,
             points: 0,
             lines: 0,
             curves: 0,
@@ -100,18 +101,16 @@ impl<'r, 'i> Reader<'r, 'i> {
         let rest = rest.trim();
         match keyword {
             "v" => {
-                let [x, y, z, w] = numbers(rest, 3)?;
-                // A fourth number alone is a weight; six numbers are a position and a colour.
-                let weighted = rest.split_whitespace().count() == 4 && w != 0.0;
-                self.positions
-                    .push(DVec3::new(x, y, z) / if weighted { w } else { 1.0 });
+                // What follows, a weight of free-form surfaces or a colour, is nothing to polygons.
+                let [x, y, z] = numbers(rest, 3)?;
+                self.positions.push(DVec3::new(x, y, z));
             }
             "vt" => {
-                let [u, v, ..] = numbers(rest, 1)?;
+                let [u, v] = numbers(rest, 1)?;
                 self.uvs.push([u as f32, v as f32]);
             }
             "vn" => {
-                let [x, y, z, _] = numbers(rest, 3)?;
+                let [x, y, z] = numbers(rest, 3)?;
                 self.normals.push([x as f32, y as f32, z as f32]);
             }
             "f" | "fo" => self.face(rest)?,
@@ -119,19 +118,11 @@ impl<'r, 'i> Reader<'r, 'i> {
             "l" => self.lines += 1,
             "curv" | "curv2" | "surf" => self.curves += 1,
             "o" | "g" | "usemtl" => {
-                let current = match keyword {
-                    "o" => &self.object,
-                    "g" => &self.group,
-                    _ => &self.material,
-                };
-                if current != rest {
-                    self.end_run();
-                    match keyword {
-                        "o" => self.object = rest.to_owned(),
-                        "g" => self.group = rest.to_owned(),
-                        _ => self.material = rest.to_owned(),
-                    }
-                }
+                let which = ["o", "g", "usemtl"]
+                    .iter()
+                    .position(|known| *known == keyword);
+                self.names[which.unwrap_or(0)] = rest.to_owned();
+                self.current = None;
             }
             "mtllib" => self.library(rest),
             _ => {}
@@ -144,12 +135,12 @@ impl<'r, 'i> Reader<'r, 'i> {
         let mut count = 0;
         for word in rest.split_whitespace() {
             let corner = self.corner(word)?;
-            let run = &mut self.run;
-            let next = run.order.len() as u32;
-            let vertex = match run.corners.entry(corner) {
+            let part = self.part();
+            let next = part.order.len() as u32;
+            let vertex = match part.corners.entry(corner) {
                 Entry::Occupied(known) => *known.get(),
                 Entry::Vacant(new) => {
-                    run.order.push(corner);
+                    part.order.push(corner);
                     *new.insert(next)
                 }
             };
@@ -157,7 +148,7 @@ impl<'r, 'i> Reader<'r, 'i> {
                 0 => fan[0] = vertex,
                 1 => fan[1] = vertex,
                 _ => {
-                    run.indices.extend([fan[0], fan[1], vertex]);
+                    part.indices.extend([fan[0], fan[1], vertex]);
                     fan[1] = vertex;
                 }
             }
@@ -193,8 +184,9 @@ impl<'r, 'i> Reader<'r, 'i> {
             }
         };
         let position = index("the position", self.positions.len())?;
-        let uv = index("the texture coordinate", self.uvs.len())?;
-        let normal = index("the normal", self.normals.len())?;
+        // Wrong ones among the other two cost that attribute only.
+        let uv = index("the texture coordinate", self.uvs.len()).unwrap_or_default();
+        let normal = index("the normal", self.normals.len()).unwrap_or_default();
         let position =
             position.ok_or_else(|| ImportError::malformed("a face corner has no position"))?;
         let point = self.positions[position as usize];
@@ -235,39 +227,49 @@ impl<'r, 'i> Reader<'r, 'i> {
         }
     }
 
-    fn end_run(&mut self) {
-        let run = std::mem::take(&mut self.run);
-        if run.indices.is_empty() {
-            return;
-        }
-        let name = match (self.object.as_str(), self.group.as_str()) {
-            (object, "") => object.to_owned(),
-            ("", group) => group.to_owned(),
-            (object, group) if object == group => object.to_owned(),
-            (object, group) => format!("{object}/{group}"),
-        };
-        self.runs.push((name, self.material.clone(), run));
+    /// The part that faces go to now.
+    fn part(&mut self) -> &mut Part {
+        let current = *self.current.get_or_insert_with(|| {
+            *self
+                .part_of_names
+                .entry(self.names.clone())
+                .or_insert_with(|| {
+                    let [object, group, material] = &self.names;
+                    let name = match (object.as_str(), group.as_str()) {
+                        (name, "") | ("", name) => name.to_owned(),
+                        (object, group) if object == group => object.to_owned(),
+                        (object, group) => format!("{object}/{group}"),
+                    };
+                    self.parts.push(Part {
+                        name,
+                        material: material.clone(),
+                        ..Default::default()
+                    });
+                    self.parts.len() - 1
+                })
+        });
+        &mut self.parts[current]
     }
 
     fn finish(mut self) -> Result<()> {
-        self.end_run();
+        // Polygons of fewer than three corners leave no triangle.
+        self.parts.retain(|part| !part.indices.is_empty());
         let origin = self.origin();
         let mut without_normals = 0;
         let mut without_uvs = 0;
         let mut unknown_materials = 0;
-        for (number, (name, material, run)) in
-            std::mem::take(&mut self.runs).into_iter().enumerate()
-        {
+        for (number, part) in std::mem::take(&mut self.parts).into_iter().enumerate() {
             let mesh = self
-                .mesh(&run, origin)
-                .map_err(|error| error.within(format_args!("object {name:?}")))?;
-            let some = |has: fn(&Corner) -> bool| run.order.iter().any(has);
+                .mesh(&part, origin)
+                .map_err(|error| error.within(format_args!("object {:?}", part.name)))?;
+            let some = |has: fn(&Corner) -> bool| part.order.iter().any(has);
             without_normals +=
                 usize::from(mesh.normals.is_empty() && some(|corner| corner.2.is_some()));
             without_uvs += usize::from(mesh.uvs.is_empty() && some(|corner| corner.1.is_some()));
-            let look = self.materials.get(&material);
-            unknown_materials +=
-                usize::from(look.is_none() && !self.materials.is_empty() && !material.is_empty());
+            let look = self.materials.get(&part.material);
+            unknown_materials += usize::from(
+                look.is_none() && !self.materials.is_empty() && !part.material.is_empty(),
+            );
             let look = look.copied().unwrap_or_default();
             let scene = &mut self.import.scene;
             scene.objects.push(SourceObject {
@@ -276,7 +278,7 @@ impl<'r, 'i> Reader<'r, 'i> {
                 base_color: look.base_color(),
                 alpha: look.alpha(),
                 double_sided: false,
-                name,
+                name: part.name,
                 file: self.import.file,
                 node: number,
                 primitive: 0,
@@ -289,26 +291,26 @@ impl<'r, 'i> Reader<'r, 'i> {
             (self.curves, "free-form curves and surfaces skipped"),
             (
                 without_normals,
-                "objects have normals on some corners only; dropped",
+                "objects with normals on some corners only, dropped",
             ),
             (
                 without_uvs,
-                "objects have texture coordinates on some corners only; dropped",
+                "objects with texture coordinates on some corners only, dropped",
             ),
             (
                 unknown_materials,
-                "objects use a material that the library does not have; left white",
+                "objects whose material is in no library, left white",
             ),
         ];
         for (count, what) in counts.iter().filter(|(count, _)| *count > 0) {
-            self.import.warn(format_args!("{count} {what}"));
+            self.import.warn(format_args!("{what}: {count}"));
         }
         Ok(())
     }
 
     /// Zero, unless the model lies farther from it than its own size.
     fn origin(&self) -> DVec3 {
-        let used = self.runs.iter().flat_map(|(_, _, run)| &run.order);
+        let used = self.parts.iter().flat_map(|part| &part.order);
         let (min, max) = used.map(|corner| self.positions[corner.0 as usize]).fold(
             (DVec3::INFINITY, DVec3::NEG_INFINITY),
             |(min, max), point| (min.min(point), max.max(point)),
@@ -322,47 +324,37 @@ impl<'r, 'i> Reader<'r, 'i> {
         }
     }
 
-    fn mesh(&self, run: &Run, origin: DVec3) -> Result<SourceMesh> {
-        let positions: Vec<[f32; 3]> = run
+    fn mesh(&self, part: &Part, origin: DVec3) -> Result<SourceMesh> {
+        let positions: Vec<Vec3> = part
             .order
             .iter()
-            .map(|corner| {
-                (self.positions[corner.0 as usize] - origin)
-                    .as_vec3()
-                    .into()
-            })
+            .map(|corner| (self.positions[corner.0 as usize] - origin).as_vec3())
             .collect();
-        if positions
-            .iter()
-            .any(|&point| !Vec3::from(point).is_finite())
-        {
-            return Err(ImportError::new(
-                ImportErrorKind::TooLarge,
-                "a position is too large for f32",
-            )
-            .next("scale the scene down"));
+        if !positions.iter().all(|point| point.is_finite()) {
+            let what = "a position is too large for f32";
+            return Err(ImportError::new(ImportErrorKind::TooLarge, what).next("scale it down"));
         }
         // All corners or none.
-        let normals = run.order.iter().map(|corner| {
+        let normals = part.order.iter().map(|corner| {
             let normal = Vec3::from(self.normals[corner.2? as usize]);
             Some(normal.try_normalize().unwrap_or(Vec3::Z).into())
         });
-        let uvs = run.order.iter().map(|corner| {
+        let uvs = part.order.iter().map(|corner| {
             let uv = self.uvs[corner.1? as usize];
             Some(uv.map(|lane| if lane.is_finite() { lane } else { 0.0 }))
         });
         Ok(SourceMesh {
             normals: normals.collect::<Option<_>>().unwrap_or_default(),
             uvs: uvs.collect::<Option<_>>().unwrap_or_default(),
-            positions,
-            indices: run.indices.clone(),
+            positions: positions.into_iter().map(Into::into).collect(),
+            indices: part.indices.clone(),
         })
     }
 }
 
-/// The first four numbers of a statement, missing ones zero; at least `needed` must be there.
-fn numbers(rest: &str, needed: usize) -> Result<[f64; 4]> {
-    let mut numbers = [0.0; 4];
+/// The first numbers of a statement, missing ones zero; at least `needed` must be there.
+fn numbers<const N: usize>(rest: &str, needed: usize) -> Result<[f64; N]> {
+    let mut numbers = [0.0; N];
     let mut words = rest.split_whitespace();
     for (at, number) in numbers.iter_mut().enumerate() {
         match words.next().map(str::parse) {

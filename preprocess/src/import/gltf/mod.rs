@@ -242,7 +242,7 @@ impl Drawing<'_> {
             .for_each(|warning| import.warn(warning));
         if self.unskinned > 0 {
             import.warn(format_args!(
-                "{} skinned nodes have joints outside the scene; drawn under their own transform",
+                "skinned nodes with joints outside the scene, drawn under their own transform: {}",
                 self.unskinned
             ));
         }

@@ -43,21 +43,21 @@ impl Skipped {
             ),
             (
                 self.cut_short,
-                "primitives end within a triangle; the rest is left out",
+                "primitives that end within a triangle, without the rest",
             ),
             (
                 self.morphed,
-                "primitives have morph targets; taken with their default weights",
+                "primitives with morph targets, taken with their default weights",
             ),
             (
                 self.skinned,
-                "primitives are skinned; taken in the pose of the file's nodes",
+                "skinned primitives, taken in the pose of the file's nodes",
             ),
         ];
         counts
             .iter()
             .filter(|(count, _)| *count > 0)
-            .map(|(count, what)| format!("{count} {what}"))
+            .map(|(count, what)| format!("{what}: {count}"))
             .collect()
     }
 }

@@ -1,0 +1,82 @@
+//! What a bake tells about itself.
+
+use hroc_format::BvhStats;
+use std::time::Instant;
+
+/// What a bake did.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct BakeReport {
+    /// Number of objects.
+    pub objects: usize,
+    /// Triangles drawn, instances counted each.
+    pub triangles: u64,
+    /// Meshes stored.
+    pub meshes: usize,
+    /// Vertices stored.
+    pub vertices: usize,
+    /// Vertices of the source's meshes.
+    pub source_vertices: usize,
+    /// Triangles stored.
+    pub stored_triangles: usize,
+    /// The trees.
+    pub trees: Vec<TreeReport>,
+    /// Wall time of each stage, in order.
+    pub stages: Vec<Stage>,
+    /// What was left out or changed, for the user to read.
+    pub warnings: Vec<String>,
+}
+
+/// Statistics of a tree; the fields of [`BvhStats`].
+#[derive(Clone, Debug, serde::Serialize)]
+#[allow(missing_docs)]
+pub struct TreeReport {
+    pub split: String,
+    pub nodes: usize,
+    pub depth: u32,
+    pub mean_leaf_depth: f64,
+    pub sah_cost: f64,
+    pub overlap: f64,
+}
+
+impl TreeReport {
+    /// From the stored statistics.
+    pub fn new(split: &str, nodes: usize, stats: &BvhStats) -> Self {
+        let BvhStats {
+            depth,
+            mean_leaf_depth,
+            sah_cost,
+            overlap,
+            ..
+        } = *stats;
+        Self {
+            split: split.to_owned(),
+            nodes,
+            depth,
+            mean_leaf_depth,
+            sah_cost,
+            overlap,
+        }
+    }
+}
+
+/// Wall time of a stage.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Stage {
+    /// Its name.
+    pub name: &'static str,
+    /// In seconds.
+    pub seconds: f64,
+}
+
+impl BakeReport {
+    /// Runs a stage and notes how long it took.
+    pub(super) fn timed<T>(&mut self, name: &'static str, stage: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = stage();
+        self.stages.push(Stage {
+            name,
+            seconds: start.elapsed().as_secs_f64(),
+        });
+        result
+    }
+}

@@ -1,0 +1,256 @@
+//! What a bake promises: ids and counts of the source, bounds that hold, the same bytes every time.
+
+use glam::{DAffine3, DMat3, DVec3};
+use hroc_format::{BakedScene, Check, Scene, object_flags, to_bytes};
+use hroc_preprocess::bake::{BakeError, BakeOptions, bake};
+use hroc_preprocess::progress::Silent;
+use hroc_preprocess::scene::{
+    AlphaMode, SourceCamera, SourceFile, SourceMesh, SourceObject, SourceScene,
+};
+use hroc_preprocess::split::RULES;
+
+/// A small generator of numbers in 0..1, the same on every run.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        // Steele, Lea, Flood: SplitMix64.
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ z >> 31) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn point(&mut self, size: f64) -> DVec3 {
+        DVec3::new(self.next() - 0.5, self.next() - 0.5, self.next() - 0.5) * size
+    }
+}
+
+fn mesh(numbers: &mut Numbers, triangles: usize) -> SourceMesh {
+    let vertices = triangles + 2;
+    SourceMesh {
+        positions: (0..vertices)
+            .map(|_| numbers.point(3.0).as_vec3().into())
+            .collect(),
+        normals: (0..vertices)
+            .map(|_| numbers.point(1.0).normalize().as_vec3().into())
+            .collect(),
+        uvs: (0..vertices)
+            .map(|_| [numbers.next() as f32, numbers.next() as f32])
+            .collect(),
+        indices: (0..triangles as u32)
+            .flat_map(|i| [i, i + 1, i + 2])
+            .collect(),
+    }
+}
+
+/// Objects with sheared, mirrored and flattened transforms around `centre`.
+fn scene(objects: usize, centre: DVec3) -> SourceScene {
+    let mut numbers = Numbers(7);
+    let meshes: Vec<_> = (0..5).map(|i| mesh(&mut numbers, 1 + 40 * i)).collect();
+    let object = |id: usize| SourceObject {
+        mesh: id % 5,
+        world_from_object: DAffine3 {
+            matrix3: DMat3::from_cols(
+                numbers.point(4.0),
+                numbers.point(4.0),
+                numbers.point(if id % 7 == 0 { 0.0 } else { 4.0 }),
+            ),
+            translation: centre + numbers.point(1000.0),
+        },
+        base_color: [1.0, 0.5, 0.0, 0.25],
+        alpha: [AlphaMode::Opaque, AlphaMode::Masked, AlphaMode::Blended][id % 3],
+        double_sided: id % 2 == 1,
+        name: format!("object {id}"),
+        file: 0,
+        node: id,
+        primitive: 0,
+    };
+    SourceScene {
+        name: "test".into(),
+        files: vec![SourceFile {
+            name: "test.glb".into(),
+            hash: 1,
+        }],
+        objects: (0..objects).map(object).collect(),
+        meshes,
+        cameras: vec![SourceCamera {
+            name: "eye".into(),
+            position: centre + DVec3::X,
+            orientation: glam::DQuat::IDENTITY,
+            fov_y_rad: 1.0,
+            half_height: 0.0,
+            near: 0.1,
+            far: f32::INFINITY,
+        }],
+        warnings: vec![],
+    }
+}
+
+fn baked(source: SourceScene, options: &BakeOptions) -> Scene {
+    let (scene, _) = bake(source, options, &Silent).unwrap();
+    let bytes = to_bytes(&scene).unwrap();
+    BakedScene::from_aligned(bytes, Check::Everything).unwrap();
+    scene
+}
+
+#[test]
+fn counts_ids_and_looks_are_those_of_the_source() {
+    let source = scene(100, DVec3::ZERO);
+    for optimize in [true, false] {
+        let baked = baked(
+            source.clone(),
+            &BakeOptions {
+                optimize,
+                uvs: true,
+                ..Default::default()
+            },
+        );
+        assert_eq!(baked.objects.len(), 100);
+        assert_eq!(
+            baked
+                .bvhs
+                .iter()
+                .map(|bvh| bvh.split.as_str())
+                .collect::<Vec<_>>(),
+            ["sah", "middle", "equal-count"]
+        );
+        for (id, (object, from)) in baked.objects.iter().zip(&source.objects).enumerate() {
+            let mesh = baked.meshes[object.mesh as usize];
+            assert_eq!(
+                mesh.index_count as usize,
+                source.meshes[from.mesh].indices.len()
+            );
+            assert_eq!(baked.object_sources[id].node as usize, id);
+        }
+        assert_eq!(baked.normals.len(), baked.positions.len());
+        assert_eq!(baked.uvs.len(), baked.positions.len());
+        assert_eq!(
+            baked.objects[0].base_color, 0xFF00_80FF,
+            "opaque objects have no alpha"
+        );
+        assert_eq!(baked.objects[1].base_color, 0x4000_80FF);
+        assert_eq!(
+            baked.objects[1].flags,
+            object_flags::MASKED | object_flags::DOUBLE_SIDED
+        );
+        assert_eq!(baked.objects[2].flags, object_flags::BLENDED);
+        assert_eq!(&baked.names[..baked.name_ends[0] as usize], b"object 0");
+    }
+}
+
+#[test]
+fn bounds_hold_every_vertex_near_and_far() {
+    for centre in [DVec3::ZERO, DVec3::splat(1e7), DVec3::new(-4e9, 3.0, 1e5)] {
+        let baked = baked(scene(50, centre), &BakeOptions::default());
+        assert!((DVec3::from(baked.origin) - centre).abs().max_element() < 1000.0);
+        for (object, bounds) in baked.objects.iter().zip(&baked.object_bounds) {
+            let mesh = baked.meshes[object.mesh as usize];
+            let first = mesh.first_vertex as usize;
+            for p in &baked.positions[first..first + mesh.vertex_count as usize] {
+                for (axis, row) in object.world_from_object.iter().enumerate() {
+                    let value = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+                    assert!(bounds.min[axis] <= value && value <= bounds.max[axis]);
+                }
+            }
+        }
+        let camera = DVec3::from(baked.cameras[0].position) + DVec3::from(baked.origin);
+        assert!(camera.abs_diff_eq(centre + DVec3::X, 1e-5));
+    }
+}
+
+#[test]
+fn a_far_scene_keeps_the_shape_of_a_near_one() {
+    let near = baked(scene(50, DVec3::ZERO), &BakeOptions::default());
+    let far = baked(
+        scene(50, DVec3::splat(f64::from(1 << 23))),
+        &BakeOptions::default(),
+    );
+    let shift =
+        DVec3::from(far.origin) - DVec3::from(near.origin) - DVec3::splat(f64::from(1 << 23));
+    assert_eq!(
+        shift,
+        DVec3::ZERO,
+        "a shift along the grid moves the origin and nothing else"
+    );
+    for (a, b) in near.object_bounds.iter().zip(&far.object_bounds) {
+        let difference =
+            |a: [f32; 3], b: [f32; 3]| (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f32::max);
+        assert!(difference(a.min, b.min).max(difference(a.max, b.max)) < 1e-3);
+    }
+}
+
+#[test]
+fn the_same_bytes_on_any_number_of_threads() {
+    let bytes = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            to_bytes(&baked(scene(6000, DVec3::ZERO), &BakeOptions::default())).unwrap()
+        })
+    };
+    let one = bytes(1);
+    assert!(one == bytes(1), "a second run");
+    for threads in [2, 16] {
+        assert!(one == bytes(threads), "{threads} threads");
+    }
+}
+
+#[test]
+fn an_empty_scene_has_no_trees() {
+    let baked = baked(SourceScene::default(), &BakeOptions::default());
+    assert!(baked.objects.is_empty() && baked.bvhs.is_empty());
+    assert_eq!(
+        (baked.origin, baked.bounds.min, baked.bounds.max),
+        ([0.0; 3], [0.0; 3], [0.0; 3])
+    );
+}
+
+#[test]
+fn options_leave_out_what_they_say() {
+    let source = scene(10, DVec3::ZERO);
+    let options = BakeOptions {
+        splits: vec![RULES[1]],
+        normals: false,
+        ..Default::default()
+    };
+    let baked = baked(source, &options);
+    assert!(baked.normals.is_empty() && baked.uvs.is_empty());
+    assert_eq!(baked.bvhs.len(), 1);
+    let settings = r#"{"normals":false,"optimize":true,"splits":["middle"],"uvs":false}"#;
+    assert_eq!(baked.settings, settings);
+}
+
+#[test]
+fn missing_normals_are_computed_beside_others() {
+    let mut source = scene(10, DVec3::ZERO);
+    source.meshes[1].normals.clear();
+    let baked = baked(source, &BakeOptions::default());
+    assert_eq!(baked.normals.len(), baked.positions.len());
+}
+
+#[test]
+fn faults_of_the_source_are_errors() {
+    let fault = |edit: fn(&mut SourceScene)| {
+        let mut source = scene(10, DVec3::ZERO);
+        edit(&mut source);
+        bake(source, &BakeOptions::default(), &Silent)
+            .unwrap_err()
+            .to_string()
+    };
+    assert_eq!(
+        fault(|source| source.objects[3].mesh = 5),
+        "object 3: its mesh or file does not exist; check the importer that made it"
+    );
+    assert!(fault(|source| source.meshes[2].indices[0] = 1 << 30).starts_with("mesh 2: index"));
+    let far = fault(|source| source.objects[4].world_from_object.matrix3.x_axis.x = 1e39);
+    assert!(
+        far.starts_with("object 4 \"object 4\"") && far.contains("too large"),
+        "{far}"
+    );
+    let spread = fault(|source| source.objects[4].world_from_object.translation.x = 1e300);
+    assert!(spread.contains("too large"), "{spread}");
+}
