@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use hroc_format::{BakedScene, Check, Scene, object_flags, to_bytes};
-use hroc_preprocess::bake::{BakeError, BakeOptions, bake};
+use hroc_preprocess::bake::{BakeOptions, bake};
 use hroc_preprocess::progress::Silent;
 use hroc_preprocess::scene::{
     AlphaMode, SourceCamera, SourceFile, SourceMesh, SourceObject, SourceScene,
@@ -188,9 +188,8 @@ fn the_same_bytes_on_any_number_of_threads() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| {
-            to_bytes(&baked(scene(6000, DVec3::ZERO), &BakeOptions::default())).unwrap()
-        })
+        let scene = pool.install(|| baked(scene(6000, DVec3::ZERO), &BakeOptions::default()));
+        to_bytes(&scene).unwrap().to_vec()
     };
     let one = bytes(1);
     assert!(one == bytes(1), "a second run");

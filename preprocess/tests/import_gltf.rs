@@ -886,8 +886,11 @@ fn faults_are_named_with_their_place() {
         &["node 0", "not affine"],
     );
     fault(
-        &|file| file.root["nodes"][0]["scale"] = json!([1e308, 1e308, 1e308]),
-        &["node 0", "not finite"],
+        &|file| {
+            let child = json!({ "mesh": 0, "scale": [1e10, 1e10, 1e10] });
+            file.root["nodes"] = json!([{ "children": [1], "scale": [1e308, 1.0, 1.0] }, child]);
+        },
+        &["node 1", "not finite"],
     );
     fault(
         &|file| file.root["asset"]["version"] = json!("1.0"),

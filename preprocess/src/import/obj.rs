@@ -20,12 +20,10 @@ pub(super) fn is_obj(path: &Path, bytes: &[u8]) -> bool {
     let named = path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
-    let text = !bytes.iter().take(4096).any(|&byte| byte == 0);
+    let text = !bytes.is_empty() && !bytes.iter().take(4096).any(|&byte| byte == 0);
     let starts = [&b"v "[..], b"mtllib ", b"o ", b"g "];
-    let lines = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
-    let first = lines
-        .filter(|line| !line.is_empty() && !line.starts_with(b"#"))
-        .next();
+    let mut lines = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
+    let first = lines.find(|line| !line.is_empty() && !line.starts_with(b"#"));
     text && (named || first.is_some_and(|line| starts.iter().any(|start| line.starts_with(start))))
 }
 
