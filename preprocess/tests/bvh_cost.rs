@@ -102,7 +102,6 @@ fn sah_costs_at_most_two_percent_more_than_a_full_sweep() {
     ];
     for (kind, boxes) in scenes {
         let (cost, reference) = (build(&boxes, "sah").stats.sah_cost, full_sweep_cost(&boxes));
-        println!("{kind}: SAH cost {cost:.3}, full sweep {reference:.3}");
         assert!(
             cost <= 1.02 * reference,
             "{kind}: {cost} against {reference}"

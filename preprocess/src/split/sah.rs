@@ -12,15 +12,6 @@ use crate::bvh::Aabb;
 /// Nodes up to this size are swept.
 const SWEEP_MAX_OBJECTS: usize = 8;
 
-/// Nodes up to this size get [`FEW_BINS`]: many more bins than objects find no better cut.
-const FEW_BINS_MAX_OBJECTS: usize = 64;
-
-/// Bins per axis of small nodes.
-const FEW_BINS: usize = 16;
-
-/// Bins per axis of large nodes.
-const MANY_BINS: usize = 32;
-
 /// The cut of least expected cost.
 pub struct Sah;
 
@@ -34,13 +25,16 @@ impl SplitRule for Sah {
     }
 
     fn cut(&self, node: &NodeObjects) -> Cut {
+        // More bins find better cuts, but take time per node, and most nodes are small.
         let count = node.objects.len();
         let cut = if count <= SWEEP_MAX_OBJECTS {
             sweep(node)
-        } else if count <= FEW_BINS_MAX_OBJECTS {
-            binned::<FEW_BINS>(node)
+        } else if count <= 32 {
+            binned::<16>(node)
+        } else if count <= 1024 {
+            binned::<32>(node)
         } else {
-            binned::<MANY_BINS>(node)
+            binned::<64>(node)
         };
         cut.unwrap_or_else(|| Cut::halves(node))
     }

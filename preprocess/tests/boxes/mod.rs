@@ -125,13 +125,13 @@ pub fn all_kinds() -> Vec<(String, Vec<Bounds>)> {
                 .collect()
         }),
         ("huge beside tiny".to_owned(), {
-            let size = |i: usize| if i % 2 == 0 { 1e38 } else { 1e-38 };
+            let size = |i: usize| if i.is_multiple_of(2) { 1e38 } else { 1e-38 };
             (0..count)
                 .map(|i| at([size(i) * ((i % 7) as f32 / 7.0); 3], [size(i); 3]))
                 .collect()
         }),
         ("the whole of f32".to_owned(), {
-            let end = |i: usize| if i % 3 == 0 { f32::MAX } else { 1.0 };
+            let end = |i: usize| if i.is_multiple_of(3) { f32::MAX } else { 1.0 };
             (0..count)
                 .map(|i| Bounds {
                     min: [-end(i); 3],
@@ -149,7 +149,7 @@ pub fn all_kinds() -> Vec<(String, Vec<Bounds>)> {
                 .collect()
         }),
         ("signed zeros".to_owned(), {
-            let zero = |i: usize| if i % 2 == 0 { 0.0 } else { -0.0 };
+            let zero = |i: usize| if i.is_multiple_of(2) { 0.0 } else { -0.0 };
             (0..count)
                 .map(|i| Bounds {
                     min: [zero(i); 3],
