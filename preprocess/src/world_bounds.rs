@@ -161,7 +161,7 @@ mod tests {
         let factors: [(f32, f32); 4] =
             std::array::from_fn(|i| if i < 3 { (row[i], p[i]) } else { (row[3], 1.0) });
         let product = |i: usize| f64::from(factors[order[i]].0) * f64::from(factors[order[i]].1);
-        let mut term = |i: usize, choice: &mut u32| rounded(product(i), choice);
+        let term = |i: usize, choice: &mut u32| rounded(product(i), choice);
         if balanced {
             let left = f64::from(term(0, &mut choice)) + f64::from(term(1, &mut choice));
             let right = f64::from(term(2, &mut choice)) + f64::from(term(3, &mut choice));

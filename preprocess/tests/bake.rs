@@ -55,7 +55,7 @@ fn scene(objects: usize, centre: DVec3) -> SourceScene {
             matrix3: DMat3::from_cols(
                 numbers.point(4.0),
                 numbers.point(4.0),
-                numbers.point(if id % 7 == 0 { 0.0 } else { 4.0 }),
+                numbers.point(if id.is_multiple_of(7) { 0.0 } else { 4.0 }),
             ),
             translation: centre + numbers.point(1000.0),
         },

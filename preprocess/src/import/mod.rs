@@ -1,6 +1,6 @@
 //! Reads scene files into a [`SourceScene`].
 //!
-//! An importer is one row of [`IMPORTERS`]: it says whether the first bytes (or, for text without a
+//! An importer is one row of `IMPORTERS`: it says whether the first bytes (or, for text without a
 //! magic number, the file name) are its format, and appends what it reads. Content decides before the
 //! name does, so a mislabelled file is read for what it is or refused for what it is.
 //!

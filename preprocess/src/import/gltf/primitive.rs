@@ -311,21 +311,16 @@ fn gather<const N: usize>(elements: &Elements<'_>, used: &[u32]) -> Vec<[f32; N]
 
 /// Unrolls strips and fans (section 3.7.2.1); a trailing incomplete triangle is left out.
 fn triangle_list(mode: u32, mut elements: Vec<u32>) -> Vec<u32> {
-    let windows = elements.windows(3).enumerate();
+    let corners = |w: &[u32]| [w[0], w[1], w[2]];
+    let windows = elements.windows(3).map(corners);
     match mode {
         // Every other triangle of a strip is turned round, which swaps its last two corners.
-        5 => windows
-            .flat_map(|(i, w)| {
-                if i % 2 == 0 {
-                    [w[0], w[1], w[2]]
-                } else {
-                    [w[0], w[2], w[1]]
-                }
-            })
-            .collect(),
-        6 => windows
-            .flat_map(|(_, w)| [w[1], w[2], elements[0]])
-            .collect(),
+        5 => {
+            let turn =
+                |(i, [a, b, c]): (usize, [u32; 3])| if i % 2 == 0 { [a, b, c] } else { [a, c, b] };
+            windows.enumerate().flat_map(turn).collect()
+        }
+        6 => windows.flat_map(|[_, b, c]| [b, c, elements[0]]).collect(),
         _ => {
             elements.truncate(elements.len() / 3 * 3);
             elements
