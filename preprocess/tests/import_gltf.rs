@@ -5,6 +5,7 @@ use hroc_preprocess::import::{ImportError, ImportErrorKind, ImportOptions, impor
 use hroc_preprocess::progress::Silent;
 use hroc_preprocess::scene::{AlphaMode, SourceScene};
 use serde_json::{Value, json};
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::path::PathBuf;
 
 const BYTE: u32 = 5120;
@@ -368,7 +369,7 @@ fn nodes_are_drawn_depth_first_and_share_meshes() {
         { "children": [2, 1], "translation": [1e9, 0.0, 0.0] },
         { "mesh": 0, "name": "second" },
         { "mesh": 0, "name": "first", "translation": [0.125, 0.0, 0.0], "scale": [2.0, 2.0, -2.0],
-          "rotation": [0.0, 0.0, 0.70710678, 0.70710678] },
+          "rotation": [0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2] },
         { "mesh": 0, "name": "outside the scene" },
     ]);
     let scene = file.scene();
@@ -697,7 +698,7 @@ fn cameras_keep_their_place_and_lens() {
         { "type": "orthographic", "orthographic": { "xmag": 2.0, "ymag": 3.0, "znear": 0.0, "zfar": 9.0 } },
         { "type": "perspective", "perspective": { "yfov": -1.0, "znear": 0.5 } },
     ]);
-    let turn = [0.0, 0.70710678, 0.0, 0.70710678];
+    let turn = [0.0, FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2];
     file.root["nodes"] = json!([
         { "children": [1, 2, 3], "scale": [2.0, 2.0, 2.0], "rotation": turn },
         { "camera": 0, "translation": [0.0, 0.0, 1.0] }, { "camera": 1, "name": "plan" }, { "camera": 2 },

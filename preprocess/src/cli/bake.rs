@@ -208,7 +208,7 @@ fn bake(arguments: &Arguments) -> Result<(), Failure> {
     report
         .warnings
         .iter()
-        .for_each(|warning| say(format_args!("warning: {}", one_line(warning))));
+        .for_each(|warning| say(format_args!("warning: {warning}")));
     let seconds = start.elapsed().as_secs_f64();
     summarize(arguments, &report, file_bytes, seconds);
     let output = arguments.output.display().to_string();
@@ -223,13 +223,6 @@ fn bake(arguments: &Arguments) -> Result<(), Failure> {
         .json
         .as_deref()
         .map_or(Ok(()), |path| write_json(path, &report))
-}
-
-/// Names in warnings come from files and may hold anything.
-fn one_line(text: &str) -> String {
-    text.chars()
-        .map(|c| if c.is_control() { ' ' } else { c })
-        .collect()
 }
 
 fn summarize(arguments: &Arguments, report: &BakeReport, file_bytes: u64, seconds: f64) {

@@ -92,7 +92,19 @@ pub fn main() -> ExitCode {
     ExitCode::from(code)
 }
 
-/// Writes a line to stderr; a closed stderr is nobody's loss.
+/// Writes a line to stderr; a closed stderr is nobody's loss. Names and paths in it may hold anything:
+/// control characters are escaped, so that a line stays one.
 fn say(line: impl fmt::Display) {
-    let _ = writeln!(io::stderr(), "{line}");
+    let escaped = line
+        .to_string()
+        .chars()
+        .fold(String::new(), |mut escaped, c| {
+            if c.is_control() {
+                escaped.extend(c.escape_default());
+            } else {
+                escaped.push(c);
+            }
+            escaped
+        });
+    let _ = writeln!(io::stderr(), "{escaped}");
 }
