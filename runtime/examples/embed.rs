@@ -10,8 +10,8 @@ use std::error::Error;
 use hroc_format::BakedScene;
 use hroc_runtime::camera::look_to;
 use hroc_runtime::{
-    Camera, CullingMethod, DepthConvention, Draw, Drawer, FrameContext, Hroc, HrocOptions, Noc,
-    Projection, Scene, Targets, Tree, device, readback,
+    Camera, CullingMethod, DepthConvention, Draw, Drawer, FrameContext, FrameUniform, Hroc,
+    HrocOptions, Noc, Projection, Scene, Targets, Tree, device, readback,
 };
 
 const SIZE: [u32; 2] = [640, 360];
@@ -20,14 +20,15 @@ const FRAMES: u32 = 30;
 /// The host's own material: the colour of each object, darker with distance. It must write the object's id.
 const SHADER: &str = "//!import common/types
 //!import object
-@group(0) @binding(0) var<uniform> clip_from_world: mat4x4f;
 @group(0) @binding(1) var<storage, read> objects: array<Object>;
+@group(0) @binding(2) var<storage, read> object_bounds: array<Bounds>;
 struct Vertex { @builtin(position) position: vec4f, @location(0) @interpolate(flat, either) object: u32 }
 struct Pixel { @location(0) color: vec4f, @location(1) item: u32 }
 @vertex fn vertex(@location(0) p: vec3f, @builtin(instance_index) object: u32) -> Vertex {
-    return Vertex(hroc_clip_position(clip_from_world, hroc_world_position(objects[object], p)), object);
+    return Vertex(hroc_clip_position(hroc_world_position(objects[object], p)), object);
 }
 @fragment fn fragment(v: Vertex) -> Pixel {
+    if (!hroc_keeps(object_bounds[v.object], v.position)) { discard; }
     return Pixel(unpack4x8unorm(objects[v.object].base_color) * (0.3 + 0.7 * v.position.z), v.object);
 }";
 
@@ -129,13 +130,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let views = textures
         .each_ref()
         .map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
-    let clip_from_world = gpu.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("clip_from_world"),
-        size: 64,
+    let frame_uniform = gpu.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("frame"),
+        size: size_of::<FrameUniform>() as u64,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
-    let (pipeline, group) = pipeline(&gpu, &scene, &clip_from_world, depth, color_format);
+    let (pipeline, group) = pipeline(&gpu, &scene, &frame_uniform, depth, color_format);
     let mut renderer = Renderer {
         color: views[0].clone(),
         pipeline,
@@ -146,13 +147,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut wrong_frames = 0;
     for frame in 0..FRAMES {
         let camera = round_the_scene(&scene, f64::from(frame) / f64::from(FRAMES));
-        let clip = camera.clip_from_world(depth, SIZE, scene.shape.origin, scene.shape.radius)?;
+        let uniform = FrameUniform::new(&camera, depth, SIZE, &scene.shape)?;
         let mut draw = |method: &mut dyn CullingMethod| -> Result<Vec<u8>, Box<dyn Error>> {
-            queue.write_buffer(
-                &clip_from_world,
-                0,
-                bytemuck::bytes_of(&clip.as_mat4().to_cols_array()),
-            );
+            queue.write_buffer(&frame_uniform, 0, bytemuck::bytes_of(&uniform));
             let mut encoder =
                 gpu.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let targets = Targets {
@@ -214,7 +211,7 @@ fn round_the_scene(scene: &Scene, turn: f64) -> Camera {
 fn pipeline(
     gpu: &wgpu::Device,
     scene: &Scene,
-    clip_from_world: &wgpu::Buffer,
+    frame_uniform: &wgpu::Buffer,
     depth: DepthConvention,
     color: wgpu::TextureFormat,
 ) -> (wgpu::RenderPipeline, wgpu::BindGroup) {
@@ -223,13 +220,18 @@ fn pipeline(
         label: None,
         source: wgpu::ShaderSource::Wgsl(wgsl.into()),
     });
+    let constants = depth.constants();
+    let options = wgpu::PipelineCompilationOptions {
+        constants: &constants,
+        ..Default::default()
+    };
     let pipeline = gpu.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("material"),
         layout: None,
         vertex: wgpu::VertexState {
             module: &module,
             entry_point: Some("vertex"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            compilation_options: options.clone(),
             buffers: &[Some(Scene::POSITIONS)],
         },
         primitive: wgpu::PrimitiveState::default(),
@@ -244,7 +246,7 @@ fn pipeline(
         fragment: Some(wgpu::FragmentState {
             module: &module,
             entry_point: Some("fragment"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            compilation_options: options.clone(),
             targets: &[Some(color.into()), Some(Targets::ITEM_FORMAT.into())],
         }),
         multiview_mask: None,
@@ -256,11 +258,15 @@ fn pipeline(
         entries: &[
             wgpu::BindGroupEntry {
                 binding: 0,
-                resource: clip_from_world.as_entire_binding(),
+                resource: frame_uniform.as_entire_binding(),
             },
             wgpu::BindGroupEntry {
                 binding: 1,
                 resource: scene.objects.as_entire_binding(),
+            },
+            wgpu::BindGroupEntry {
+                binding: 2,
+                resource: scene.object_bounds.as_entire_binding(),
             },
         ],
     });

@@ -2,7 +2,6 @@
 
 use crate::camera::DepthConvention;
 use crate::draw::Targets;
-use crate::extract_groups::depth_constant;
 use crate::gpu::{self, Access};
 use crate::scene::Tree;
 
@@ -58,7 +57,7 @@ impl BatchOcclusionTest {
             immediate_size: 0,
         });
         let constants = [
-            depth_constant(depth),
+            depth.constants()[0],
             ("COUNT_WORK", f64::from(u8::from(count_work))),
         ];
         let compilation_options = wgpu::PipelineCompilationOptions {

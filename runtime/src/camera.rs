@@ -33,6 +33,14 @@ impl DepthConvention {
         }
     }
 
+    /// The pipeline constants of shaders that import `common/bounds` or `object` of hroc-shaders.
+    pub const fn constants(self) -> [(&'static str, f64); 1] {
+        match self {
+            Self::Standard => [("REVERSED_DEPTH", 0.0)],
+            Self::Reversed => [("REVERSED_DEPTH", 1.0)],
+        }
+    }
+
     /// `standard` or `reversed`.
     pub const fn name(self) -> &'static str {
         match self {

@@ -147,9 +147,9 @@ impl<'a> Draw<'a> {
 
 /// The host's rendering: it records one pass per call, with its own pipelines and materials.
 ///
-/// The vertex shader must transform as `object.wgsl` of hroc-shaders does (include it), depth must be
-/// compared by [`DepthConvention::nearer`] and written, no face culled that the truth would show, and the
-/// fragment shader must write the object's id to the item buffer. Every pass of a frame uses the same
+/// The shaders include `object.wgsl` of hroc-shaders: the vertex shader transforms by its functions, the
+/// fragment shader discards what `hroc_keeps` refuses and writes the object's id to the item buffer. Depth
+/// is compared by [`DepthConvention::nearer`] and written. Every pass of a frame uses the same pipeline
 /// arithmetic.
 pub trait Drawer {
     /// Records a pass that draws `draw.list`. Called even if the list may turn out empty on the GPU, since

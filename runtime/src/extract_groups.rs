@@ -50,7 +50,7 @@ impl ExtractGroups {
             wgpu::ShaderStages::COMPUTE,
             &access,
         );
-        let constants = [depth_constant(depth)];
+        let constants = depth.constants();
         let b = buffers;
         let group = gpu::buffer_group(
             device,
@@ -109,12 +109,4 @@ impl ExtractGroups {
             gpu::grid(self.shape.node_count(), 64),
         );
     }
-}
-
-/// The override constant of common/bounds.wgsl.
-pub(crate) fn depth_constant(depth: DepthConvention) -> (&'static str, f64) {
-    (
-        "REVERSED_DEPTH",
-        f64::from(u8::from(depth == DepthConvention::Reversed)),
-    )
 }

@@ -87,6 +87,8 @@ pub struct Scene {
     pub indices: wgpu::Buffer,
     /// Storage: `array<Object>` of common/types.wgsl.
     pub objects: wgpu::Buffer,
+    /// Storage: `array<Bounds>`, world bounds per object.
+    pub object_bounds: wgpu::Buffer,
     /// Storage: `array<Mesh>`.
     pub meshes: wgpu::Buffer,
 }
@@ -135,6 +137,12 @@ impl Scene {
                 cast_slice(baked.objects.as_slice()),
                 Usage::STORAGE,
             )?,
+            object_bounds: upload(
+                device,
+                "object bounds",
+                cast_slice(baked.object_bounds.as_slice()),
+                Usage::STORAGE,
+            )?,
             meshes: upload(
                 device,
                 "meshes",
@@ -153,12 +161,12 @@ impl Scene {
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
     }
 
-    /// GPU memory of the geometry (positions, normals, indices) and of objects and meshes, bytes.
+    /// GPU memory of the geometry (positions, normals, indices) and of objects, their bounds and meshes, bytes.
     pub fn memory_bytes(&self) -> [u64; 2] {
         let normals = self.normals.as_ref().map_or(0, wgpu::Buffer::size);
         [
             self.positions.size() + normals + self.indices.size(),
-            self.objects.size() + self.meshes.size(),
+            self.objects.size() + self.object_bounds.size() + self.meshes.size(),
         ]
     }
 }

@@ -4,20 +4,24 @@
 use hroc_format::BakedScene;
 use hroc_runtime::readback::{self, TextureCopy};
 use hroc_runtime::{
-    Camera, CullingMethod, DepthConvention, Draw, Drawer, FrameContext, Scene, Stage, Targets, Tree,
+    Camera, CullingMethod, DepthConvention, Draw, Drawer, FrameContext, FrameUniform, Scene, Stage,
+    Targets, Tree,
 };
 
 use crate::Gpu;
 
 const DRAW: &str = "//!import common/types
 //!import object
-@group(0) @binding(0) var<uniform> clip_from_world: mat4x4f;
 @group(0) @binding(1) var<storage, read> objects: array<Object>;
+@group(0) @binding(2) var<storage, read> object_bounds: array<Bounds>;
 struct Vertex { @builtin(position) position: vec4f, @location(0) @interpolate(flat, either) object: u32 }
 @vertex fn vertex(@location(0) p: vec3f, @builtin(instance_index) object: u32) -> Vertex {
-    return Vertex(hroc_clip_position(clip_from_world, hroc_world_position(objects[object], p)), object);
+    return Vertex(hroc_clip_position(hroc_world_position(objects[object], p)), object);
 }
-@fragment fn fragment(v: Vertex) -> @location(0) u32 { return v.object; }";
+@fragment fn fragment(v: Vertex) -> @location(0) u32 {
+    if (!hroc_keeps(object_bounds[v.object], v.position)) { discard; }
+    return v.object;
+}";
 
 /// A scene on the GPU with all its trees.
 #[derive(Debug)]
@@ -113,7 +117,7 @@ pub struct Host<'g> {
     item_texture: wgpu::Texture,
     depth_view: wgpu::TextureView,
     item_view: wgpu::TextureView,
-    clip_from_world: wgpu::Buffer,
+    frame_uniform: wgpu::Buffer,
     pipeline: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
     scene: Scene,
@@ -147,13 +151,18 @@ impl<'g> Host<'g> {
             label: Some("draw"),
             source: wgpu::ShaderSource::Wgsl(hroc_shaders::resolve(DRAW).unwrap().into()),
         });
+        let constants = depth.constants();
+        let options = wgpu::PipelineCompilationOptions {
+            constants: &constants,
+            ..Default::default()
+        };
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("draw"),
             layout: None,
             vertex: wgpu::VertexState {
                 module: &module,
                 entry_point: Some("vertex"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                compilation_options: options.clone(),
                 buffers: &[Some(Scene::POSITIONS)],
             },
             primitive: wgpu::PrimitiveState::default(),
@@ -168,15 +177,15 @@ impl<'g> Host<'g> {
             fragment: Some(wgpu::FragmentState {
                 module: &module,
                 entry_point: Some("fragment"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                compilation_options: options.clone(),
                 targets: &[Some(Targets::ITEM_FORMAT.into())],
             }),
             multiview_mask: None,
             cache: None,
         });
-        let clip_from_world = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("clip_from_world"),
-            size: 64,
+        let frame_uniform = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame"),
+            size: size_of::<FrameUniform>() as u64,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -186,11 +195,15 @@ impl<'g> Host<'g> {
             entries: &[
                 wgpu::BindGroupEntry {
                     binding: 0,
-                    resource: clip_from_world.as_entire_binding(),
+                    resource: frame_uniform.as_entire_binding(),
                 },
                 wgpu::BindGroupEntry {
                     binding: 1,
                     resource: scene.objects.as_entire_binding(),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 2,
+                    resource: scene.object_bounds.as_entire_binding(),
                 },
             ],
         });
@@ -202,7 +215,7 @@ impl<'g> Host<'g> {
             item_view: item_texture.create_view(&wgpu::TextureViewDescriptor::default()),
             depth_texture,
             item_texture,
-            clip_from_world,
+            frame_uniform,
             pipeline,
             group,
             scene: scene.clone(),
@@ -216,14 +229,8 @@ impl<'g> Host<'g> {
     pub fn render(&self, method: &mut dyn CullingMethod, camera: &Camera) -> Frame {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let shape = &self.scene.shape;
-        let clip = camera
-            .clip_from_world(self.depth, self.size, shape.origin, shape.radius)
-            .unwrap();
-        queue.write_buffer(
-            &self.clip_from_world,
-            0,
-            bytemuck::bytes_of(&clip.as_mat4().to_cols_array()),
-        );
+        let uniform = FrameUniform::new(camera, self.depth, self.size, shape).unwrap();
+        queue.write_buffer(&self.frame_uniform, 0, bytemuck::bytes_of(&uniform));
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut drawer = RecordingDrawer {
             host: self,

@@ -27,6 +27,12 @@ struct Mesh {
     reserved_1: u32,
 }
 
+// hroc_format::Bounds of one object, world.
+struct Bounds {
+    min: array<f32, 3>,
+    max: array<f32, 3>,
+}
+
 // hroc_format::BvhNode, in depth-first order: the subtree of node i is i .. skip.
 struct BvhNode {
     min: vec3f,
