@@ -1,0 +1,34 @@
+# The commands of the README. Each does its own set-up.
+.PHONY: demo test lint bench clean
+.DEFAULT_GOAL := demo
+
+CARGO ?= cargo
+OUT := target/demo
+RELEASE := target/release
+
+# Bakes a generated city, runs HROC through it, checks every frame against drawing everything.
+demo:
+	@.ci/vulkan
+	$(CARGO) build --release --locked -p hroc-preprocess -p hroc-study
+	@mkdir -p $(OUT)
+	$(RELEASE)/hroc-bake generate radial-city --scale 0.1 --detail 1 --seed 1 -o $(OUT)/city.glb
+	$(RELEASE)/hroc-bake bake $(OUT)/city.glb -o $(OUT)/city.hroc
+	$(RELEASE)/hroc run $(OUT)/city.hroc --method hroc --mode of --path walk-in --frames 60 --size 640x360 --check \
+		--json $(OUT)/city.json --markdown $(OUT)/city.md --png $(OUT)/city.png
+	@echo; echo "picture: $(OUT)/city.png"; echo "table:   $(OUT)/city.md"; echo "data:    $(OUT)/city.json"
+
+test:
+	@.ci/vulkan
+	$(CARGO) test --workspace --locked --all-targets --no-fail-fast
+	$(CARGO) test --workspace --locked --doc
+
+lint:
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --workspace --locked --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --locked --no-deps --document-private-items
+
+bench:
+	$(CARGO) bench --locked -p hroc-format -p hroc-preprocess
+
+clean:
+	$(CARGO) clean
