@@ -269,8 +269,8 @@ impl CameraPath {
             return Err("position is not finite".into());
         }
         let length = DQuat::from_array(key.orientation).length();
-        // NaN fails too.
-        if !((length - 1.0).abs() <= 1e-3) {
+        let is_unit = (length - 1.0).abs() <= 1e-3;
+        if !is_unit {
             return Err(format!(
                 "orientation has length {length}; a unit quaternion x, y, z, w is needed"
             ));

@@ -1,37 +1,29 @@
 //! The study's own rendering behind the runtime's [`Drawer`] seam: one pipeline for every pass of a frame.
 
-use bytemuck::{Pod, Zeroable};
 use hroc_runtime::{
-    Camera, CameraError, DepthConvention, Draw, Drawer, Scene, SceneShape, Targets,
+    Camera, CameraError, DepthConvention, Draw, Drawer, FrameUniform, Scene, SceneShape, Targets,
 };
 
 use crate::targets::FrameTargets;
 
-/// Behind the scene: a light overcast grey, linear.
+/// Behind the scene: a blue grey between the light and the dark of what is in front, linear.
 const BACKGROUND: wgpu::Color = wgpu::Color {
-    r: 0.70,
-    g: 0.76,
-    b: 0.82,
+    r: 0.40,
+    g: 0.47,
+    b: 0.55,
     a: 1.0,
 };
 
 /// The shader's text before its imports are resolved.
 const WGSL: &str = include_str!("wgsl/object_color.wgsl");
 
-/// The uniform `View` of object_color.wgsl.
-#[derive(Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-struct View {
-    clip_from_world: [[f32; 4]; 4],
-    eye: [f32; 4],
-}
-
 /// Draws objects with their base colour and their id.
 #[derive(Debug)]
 pub struct ObjectDrawer {
     pipeline: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
-    view: wgpu::Buffer,
+    frame: wgpu::Buffer,
+    eye: wgpu::Buffer,
     scene: Scene,
     color: wgpu::TextureView,
 }
@@ -59,6 +51,11 @@ impl ObjectDrawer {
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
+        let constants = depth.constants();
+        let options = wgpu::PipelineCompilationOptions {
+            constants: &constants,
+            ..Default::default()
+        };
         let with_normals = [Some(Scene::POSITIONS), Some(Scene::NORMALS)];
         let (entry_point, buffers) = match scene.normals {
             Some(_) => ("object_vertex_with_normal", &with_normals[..]),
@@ -70,7 +67,7 @@ impl ObjectDrawer {
             vertex: wgpu::VertexState {
                 module: &module,
                 entry_point: Some(entry_point),
-                compilation_options: Default::default(),
+                compilation_options: options.clone(),
                 buffers,
             },
             // Both faces: no cull mode.
@@ -86,7 +83,7 @@ impl ObjectDrawer {
             fragment: Some(wgpu::FragmentState {
                 module: &module,
                 entry_point: Some("object_color"),
-                compilation_options: Default::default(),
+                compilation_options: options.clone(),
                 targets: &[
                     Some(FrameTargets::COLOR_FORMAT.into()),
                     Some(Targets::ITEM_FORMAT.into()),
@@ -95,30 +92,34 @@ impl ObjectDrawer {
             multiview_mask: None,
             cache: None,
         });
-        let view = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("view"),
-            size: size_of::<View>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let uniform = |label, size| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let frame = uniform("frame", size_of::<FrameUniform>() as u64);
+        let eye = uniform("eye", 16);
+        let entries = [&frame, &scene.objects, &scene.object_bounds, &eye]
+            .into_iter()
+            .zip(0..)
+            .map(|(buffer, binding)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect::<Vec<_>>();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("object_color"),
             layout: &layout,
-            entries: &[
-                wgpu::BindGroupEntry {
-                    binding: 0,
-                    resource: view.as_entire_binding(),
-                },
-                wgpu::BindGroupEntry {
-                    binding: 1,
-                    resource: scene.objects.as_entire_binding(),
-                },
-            ],
+            entries: &entries,
         });
         Self {
             pipeline,
             group,
-            view,
+            frame,
+            eye,
             scene: scene.clone(),
             color: targets.color_view.clone(),
         }
@@ -136,14 +137,10 @@ impl ObjectDrawer {
         size: [u32; 2],
     ) -> Result<(), CameraError> {
         let shape = &self.scene.shape;
-        let view = View {
-            clip_from_world: clip_from_world(camera, depth, size, shape)?,
-            eye: (camera.position - shape.origin)
-                .extend(1.0)
-                .as_vec4()
-                .to_array(),
-        };
-        queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+        let frame = FrameUniform::new(camera, depth, size, shape)?;
+        let eye = (camera.position - shape.origin).extend(1.0).as_vec4();
+        queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
+        queue.write_buffer(&self.eye, 0, bytemuck::bytes_of(&eye));
         Ok(())
     }
 }
@@ -158,8 +155,7 @@ pub fn clip_from_world(
     size: [u32; 2],
     shape: &SceneShape,
 ) -> Result<[[f32; 4]; 4], CameraError> {
-    let clip = camera.clip_from_world(depth, size, shape.origin, shape.radius)?;
-    Ok(clip.as_mat4().to_cols_array_2d())
+    Ok(FrameUniform::new(camera, depth, size, shape)?.clip_from_world)
 }
 
 impl Drawer for ObjectDrawer {
@@ -192,26 +188,24 @@ impl Drawer for ObjectDrawer {
 }
 
 fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility,
-        ty: wgpu::BindingType::Buffer {
-            ty,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
-        count: None,
-    };
-    let stages = wgpu::ShaderStages::VERTEX_FRAGMENT;
+    let storage = wgpu::BufferBindingType::Storage { read_only: true };
+    let uniform = wgpu::BufferBindingType::Uniform;
+    let entries = [uniform, storage, storage, uniform]
+        .into_iter()
+        .zip(0..)
+        .map(|(ty, binding)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        })
+        .collect::<Vec<_>>();
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("object_color"),
-        entries: &[
-            entry(0, stages, wgpu::BufferBindingType::Uniform),
-            entry(
-                1,
-                stages,
-                wgpu::BufferBindingType::Storage { read_only: true },
-            ),
-        ],
+        entries: &entries,
     })
 }

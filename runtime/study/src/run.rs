@@ -10,14 +10,14 @@ use std::time::Instant;
 
 use hroc_format::{ArchivedScene, BakedScene};
 use hroc_runtime::{
-    Camera, CullingMethod, DepthConvention, FrameContext, Noc, Scene, StageObserver, Submission,
-    Tree, readback,
+    Camera, CullingMethod, DepthConvention, FrameContext, FrameUniform, Noc, Scene, StageObserver,
+    Submission, Tree, readback,
 };
 use indicatif::ProgressBar;
 
 use crate::camera_path::CameraPath;
 use crate::check::FrameCheck;
-use crate::drawer::{ObjectDrawer, clip_from_world};
+use crate::drawer::ObjectDrawer;
 use crate::error::StudyError;
 use crate::frustum::Frustum;
 use crate::gpu::Gpu;
@@ -470,17 +470,14 @@ impl<'a> Truth<'a> {
 
     fn image(&mut self, bench: &mut Bench<'_>, number: u32) -> Result<Image, StudyError> {
         let (gpu, options) = (bench.gpu, bench.options);
-        let clip = clip_from_world(
-            &bench.camera(number),
-            options.depth,
-            options.size,
-            &bench.scene.shape,
-        )
-        .map_err(|source| StudyError::Camera {
+        let camera = bench.camera(number);
+        let uniform = FrameUniform::new(&camera, options.depth, options.size, &bench.scene.shape)
+            .map_err(|source| StudyError::Camera {
             frame: number,
             source,
         })?;
-        if let Some(image) = self.cache.and_then(|cache| cache.load(&self.key, &clip)) {
+        let frame = bytemuck::bytes_of(&uniform);
+        if let Some(image) = self.cache.and_then(|cache| cache.load(&self.key, frame)) {
             return Ok(image);
         }
         let mut encoder = gpu.encoder();
@@ -490,7 +487,7 @@ impl<'a> Truth<'a> {
         let image = copy.wait(&gpu.device);
         // After the first failure there is no point in trying again for every frame.
         if let (Some(cache), None) = (self.cache, &self.warning) {
-            match cache.store(&self.key, &clip, &image) {
+            match cache.store(&self.key, frame, &image) {
                 Ok(()) => self.stored = true,
                 Err(reason) => self.warning = Some(Warning::TruthNotCached { reason }),
             }

@@ -51,9 +51,9 @@ impl TruthKey {
         }
     }
 
-    fn of_frame(&self, clip_from_world: &[[f32; 4]; 4]) -> u128 {
+    fn of_frame(&self, frame: &[u8]) -> u128 {
         let mut hash = self.hash.clone();
-        hash.update(bytemuck::bytes_of(clip_from_world));
+        hash.update(frame);
         hash.digest128()
     }
 }
@@ -85,9 +85,9 @@ impl TruthCache {
         Some(base.join("hroc"))
     }
 
-    /// The frame seen through `clip_from_world`, if it is here and undamaged.
-    pub fn load(&self, key: &TruthKey, clip_from_world: &[[f32; 4]; 4]) -> Option<Image> {
-        let id = key.of_frame(clip_from_world);
+    /// The frame with the uniform `frame`, if it is here and undamaged.
+    pub fn load(&self, key: &TruthKey, frame: &[u8]) -> Option<Image> {
+        let id = key.of_frame(frame);
         let mut file = File::open(self.path(id)).ok()?;
         let expected = (HEADER_LEN + 8 * key.pixels) as u64;
         if file.metadata().ok()?.len() != expected {
@@ -109,20 +109,15 @@ impl TruthCache {
         })
     }
 
-    /// Keeps a frame.
+    /// Keeps the frame with the uniform `frame`.
     ///
     /// # Errors
     /// Why it could not be kept; to warn with.
-    pub fn store(
-        &self,
-        key: &TruthKey,
-        clip_from_world: &[[f32; 4]; 4],
-        image: &Image,
-    ) -> Result<(), String> {
+    pub fn store(&self, key: &TruthKey, frame: &[u8], image: &Image) -> Result<(), String> {
         let warn = |error: &dyn std::fmt::Display| format!("the truth is not cached: {error}");
         fs::create_dir_all(&self.folder)
             .map_err(|error| warn(&format!("{}: {error}", self.folder.display())))?;
-        let id = key.of_frame(clip_from_world);
+        let id = key.of_frame(frame);
         let pixels = [&image.depth_bits, &image.items]
             .map(|words| bytemuck::cast_slice::<u32, u8>(words))
             .concat();
@@ -184,7 +179,7 @@ fn entry_header(id: u128, pixels: &[u8]) -> [u8; HEADER_LEN] {
 mod tests {
     use super::*;
 
-    const CLIP: [[f32; 4]; 4] = [[1.0; 4]; 4];
+    const FRAME: &[u8] = b"camera";
 
     fn image(id: u32) -> Image {
         Image {
@@ -198,17 +193,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cache = TruthCache::new(folder.path().join("made/on/demand"));
         let key = TruthKey::new([2, 1], &[b"scene", b"shader"]);
-        assert_eq!(cache.load(&key, &CLIP), None);
-        cache.store(&key, &CLIP, &image(7)).unwrap();
-        assert_eq!(cache.load(&key, &CLIP), Some(image(7)));
-        let mut moved = CLIP;
-        moved[3][0] = 1.0f32.next_up();
-        assert_eq!(cache.load(&key, &moved), None);
+        assert_eq!(cache.load(&key, FRAME), None);
+        cache.store(&key, FRAME, &image(7)).unwrap();
+        assert_eq!(cache.load(&key, FRAME), Some(image(7)));
+        assert_eq!(cache.load(&key, b"another camera"), None);
         for other in [
             TruthKey::new([1, 2], &[b"scene", b"shader"]),
             TruthKey::new([2, 1], &[b"sceneshader"]),
         ] {
-            assert_eq!(cache.load(&other, &CLIP), None);
+            assert_eq!(cache.load(&other, FRAME), None);
         }
     }
 
@@ -217,21 +210,21 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cache = TruthCache::new(folder.path().into());
         let key = TruthKey::new([2, 1], &[]);
-        cache.store(&key, &CLIP, &image(7)).unwrap();
-        let path = cache.path(key.of_frame(&CLIP));
+        cache.store(&key, FRAME, &image(7)).unwrap();
+        let path = cache.path(key.of_frame(FRAME));
         let good = fs::read(&path).unwrap();
         for at in 0..good.len() {
             let mut bad = good.clone();
             bad[at] ^= 1;
             fs::write(&path, bad).unwrap();
-            assert_eq!(cache.load(&key, &CLIP), None, "bit flipped in byte {at}");
+            assert_eq!(cache.load(&key, FRAME), None, "bit flipped in byte {at}");
         }
         for len in [0, 10, HEADER_LEN, good.len() - 1] {
             fs::write(&path, &good[..len]).unwrap();
-            assert_eq!(cache.load(&key, &CLIP), None, "cut to {len}");
+            assert_eq!(cache.load(&key, FRAME), None, "cut to {len}");
         }
         fs::write(&path, &good).unwrap();
-        assert_eq!(cache.load(&key, &CLIP), Some(image(7)));
+        assert_eq!(cache.load(&key, FRAME), Some(image(7)));
     }
 
     #[test]
@@ -243,22 +236,22 @@ mod tests {
             folder: folder.path().into(),
             max_bytes: 2 * entry_bytes,
         };
-        let clip = |i: u32| [[i as f32; 4]; 4];
+        let frame = u32::to_le_bytes;
         for i in 0..4 {
-            cache.store(&key, &clip(i), &image(i)).unwrap();
+            cache.store(&key, &frame(i), &image(i)).unwrap();
             let file = File::options()
                 .write(true)
-                .open(cache.path(key.of_frame(&clip(i))))
+                .open(cache.path(key.of_frame(&frame(i))))
                 .unwrap();
             file.set_modified(
                 SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(1000 + u64::from(i)),
             )
             .unwrap();
         }
-        assert!(cache.load(&key, &clip(0)).is_some());
+        assert!(cache.load(&key, &frame(0)).is_some());
         fs::write(folder.path().join("foreign.txt"), vec![0; 1000]).unwrap();
         cache.evict();
-        let kept = [0, 1, 2, 3].map(|i| cache.load(&key, &clip(i)).is_some());
+        let kept = [0, 1, 2, 3].map(|i| cache.load(&key, &frame(i)).is_some());
         assert_eq!(kept, [true, false, false, true]);
         assert!(folder.path().join("foreign.txt").exists());
     }
@@ -270,7 +263,7 @@ mod tests {
         fs::write(&file, b"").unwrap();
         let cache = TruthCache::new(file.join("cache"));
         let error = cache
-            .store(&TruthKey::new([2, 1], &[]), &CLIP, &image(7))
+            .store(&TruthKey::new([2, 1], &[]), FRAME, &image(7))
             .unwrap_err();
         assert!(error.contains("not cached"), "{error}");
         cache.evict();

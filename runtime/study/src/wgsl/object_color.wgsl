@@ -2,14 +2,10 @@
 // The study's own rendering: position and item buffer by hroc's functions, colour by a light at the eye and
 // a sky above. Both faces of a surface are drawn and lit alike.
 
-struct View {
-    clip_from_world: mat4x4f,
-    // World; w unused.
-    eye: vec4f,
-}
-
-@group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> objects: array<Object>;
+@group(0) @binding(2) var<storage, read> object_bounds: array<Bounds>;
+// World; w unused.
+@group(0) @binding(3) var<uniform> eye: vec4f;
 
 struct Surface {
     @builtin(position) position: vec4f,
@@ -26,7 +22,7 @@ struct Pixel {
 
 fn surface(p: vec3f, normal: vec3f, id: u32) -> Surface {
     let world = hroc_world_position(objects[id], p);
-    return Surface(hroc_clip_position(view.clip_from_world, world), world, normal, id);
+    return Surface(hroc_clip_position(world), world, normal, id);
 }
 
 @vertex
@@ -63,14 +59,20 @@ fn direction(v: vec3f) -> vec3f {
 
 @fragment
 fn object_color(surface: Surface) -> Pixel {
+    // The derivatives first: they need all four fragments of a quad.
     let facet = direction(cross(dpdx(surface.world), dpdy(surface.world)));
+    if (!hroc_keeps(object_bounds[surface.object], surface.position)) {
+        discard;
+    }
     let smooth_normal = direction(surface.normal);
-    let to_eye = direction(view.eye.xyz - surface.world);
+    let to_eye = direction(eye.xyz - surface.world);
     var n = select(facet, smooth_normal, any(smooth_normal != vec3f(0.0)));
     n = select(n, -n, dot(n, to_eye) < 0.0);
 
     let head = dot(n, to_eye);
-    let sky = mix(vec3f(0.20, 0.19, 0.18), vec3f(0.42, 0.45, 0.50), 0.5 + 0.5 * n.y);
+    let sky = mix(vec3f(0.09, 0.085, 0.08), vec3f(0.33, 0.36, 0.41), 0.5 + 0.5 * n.y);
     let base = unpack4x8unorm(objects[surface.object].base_color).rgb;
-    return Pixel(vec4f(base * (sky + 0.55 * head), 1.0), surface.object);
+    // Objects of one colour differ a little, by the bits of Knuth's multiplicative hash.
+    let tone = 0.86 + 0.14 * f32((surface.object * 2654435769u) >> 24u) / 255.0;
+    return Pixel(vec4f(base * tone * (sky + 0.52 * head), 1.0), surface.object);
 }

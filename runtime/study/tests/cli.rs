@@ -1,0 +1,453 @@
+//! The `hroc` command from outside: exit codes, files, what goes where.
+//!
+//! Tests that draw need an adapter; `HROC_SKIP_GPU=1` leaves them out and says so.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use assert_cmd::Command;
+use hroc_preprocess::bake::{BakeOptions, bake};
+use hroc_preprocess::progress::Silent;
+use hroc_preprocess::scene::{AlphaMode, SourceFile, SourceMesh, SourceObject, SourceScene};
+use hroc_study::results::RunResults;
+use serde_json::Value;
+use tempfile::TempDir;
+
+const CUBE_CORNERS: [[f32; 3]; 8] = {
+    let mut corners = [[0.0; 3]; 8];
+    let mut i = 0;
+    while i < 8 {
+        let mut axis = 0;
+        while axis < 3 {
+            corners[i][axis] = if i >> axis & 1 == 1 { 0.5 } else { -0.5 };
+            axis += 1;
+        }
+        i += 1;
+    }
+    corners
+};
+const CUBE_INDICES: [u32; 36] = [
+    0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3,
+    5, 3, 7, 5,
+];
+
+/// A folder with `rooms` closed rooms in a row, eight small cubes in each, far from the source's zero.
+struct House {
+    folder: TempDir,
+}
+
+impl House {
+    fn new(rooms: u32) -> Self {
+        let house = Self {
+            folder: tempfile::tempdir().unwrap(),
+        };
+        let mut objects = Vec::new();
+        let mut cube = |scale: f64, at: [f64; 3]| {
+            let scale = glam::DVec3::splat(scale);
+            let translation = glam::DVec3::from_array(at) + glam::DVec3::new(5e5, 10.0, -3e5);
+            objects.push(SourceObject {
+                mesh: 0,
+                world_from_object: glam::DAffine3::from_scale_rotation_translation(
+                    scale,
+                    glam::DQuat::IDENTITY,
+                    translation,
+                ),
+                base_color: [0.8, 0.6, 0.4, 1.0],
+                alpha: AlphaMode::Opaque,
+                double_sided: false,
+                name: String::new(),
+                file: 0,
+                node: 0,
+                primitive: 0,
+            });
+        };
+        for room in 0..rooms {
+            let x = 3.0 * f64::from(room);
+            cube(2.0, [x, 0.0, 0.0]);
+            for corner in CUBE_CORNERS {
+                cube(
+                    0.2,
+                    [
+                        x + f64::from(corner[0]),
+                        f64::from(corner[1]),
+                        f64::from(corner[2]),
+                    ],
+                );
+            }
+        }
+        let source = SourceScene {
+            name: "rooms".into(),
+            files: vec![SourceFile {
+                name: "rooms.glb".into(),
+                hash: 0,
+            }],
+            meshes: vec![SourceMesh {
+                positions: CUBE_CORNERS.to_vec(),
+                indices: CUBE_INDICES.to_vec(),
+                ..Default::default()
+            }],
+            objects,
+            ..Default::default()
+        };
+        let (scene, _) = bake(source, &BakeOptions::default(), &Silent).unwrap();
+        hroc_format::write(&house.scene(), &scene).unwrap();
+        house
+    }
+
+    fn scene(&self) -> PathBuf {
+        self.path("rooms.hroc")
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// `hroc` with `arguments`, in the folder.
+    fn hroc(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::cargo_bin("hroc").unwrap();
+        command.current_dir(self.folder.path()).args(arguments);
+        command
+            .env("XDG_CACHE_HOME", self.path("cache"))
+            .output()
+            .unwrap()
+    }
+
+    /// `hroc run` in a small size, which must end with `code`.
+    fn run(&self, arguments: &[&str], code: i32) -> Output {
+        let run = ["run", "rooms.hroc", "--size", "96x54", "--frames", "6"];
+        let output = self.hroc(&[&run[..], arguments].concat());
+        assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
+        output
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Whether to leave out what draws.
+fn without_gpu() -> bool {
+    let skip = std::env::var_os("HROC_SKIP_GPU").is_some_and(|value| value == "1");
+    if skip {
+        eprintln!("SKIPPED: HROC_SKIP_GPU=1, this test ran nothing on a GPU");
+    }
+    skip
+}
+
+/// Asserts the exit code and that the one line on stderr says all of `parts`.
+#[track_caller]
+fn refused(output: &Output, code: i32, parts: &[&str]) {
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{message}");
+    assert_eq!(text(&output.stdout), "");
+    for part in parts {
+        assert!(message.contains(part), "'{part}' in: {message}");
+    }
+}
+
+#[test]
+fn wrong_options_exit_with_2_and_name_what_there_is() {
+    let house = House::new(1);
+    refused(
+        &house.hroc(&["run", "rooms.hroc", "--size", "0x0"]),
+        2,
+        &["0x0", "1280x720"],
+    );
+    refused(
+        &house.hroc(&["run", "rooms.hroc", "--frames", "0"]),
+        2,
+        &["--frames"],
+    );
+    refused(
+        &house.hroc(&["run", "rooms.hroc", "--method", "hrok"]),
+        2,
+        &["'hrok'", "noc, ", "hroc"],
+    );
+    refused(
+        &house.hroc(&["run", "rooms.hroc", "--mode", "x"]),
+        2,
+        &["mode 'x'", "of"],
+    );
+    refused(
+        &house.hroc(&["run", "rooms.hroc", "--method", "noc", "--mode", "of"]),
+        2,
+        &["no modes"],
+    );
+    refused(
+        &house.hroc(&["run", "rooms.hroc", "--png", "a.png", "--png-frame", "100"]),
+        2,
+        &["100 frames"],
+    );
+    refused(
+        &house.hroc(&["run", "rooms.hroc", "--json", "none/x.json"]),
+        2,
+        &["none/x.json"],
+    );
+    refused(
+        &house.hroc(&["run", "rooms.hroc", "--dump", "rooms.hroc"]),
+        2,
+        &["rooms.hroc"],
+    );
+    refused(&house.hroc(&["fly"]), 2, &["fly"]);
+}
+
+#[test]
+fn bad_inputs_exit_with_3_and_say_what_to_do() {
+    let house = House::new(1);
+    fs::write(house.path("scene.glb"), b"glTF\x02\x00\x00\x00").unwrap();
+    refused(
+        &house.hroc(&["run", "scene.glb"]),
+        3,
+        &["hroc-bake bake scene.glb -o scene.hroc"],
+    );
+    refused(&house.hroc(&["run", "missing.hroc"]), 3, &["missing.hroc"]);
+    let path = |json: &str| {
+        fs::write(house.path("path.json"), json).unwrap();
+        house.hroc(&["run", "rooms.hroc", "--path", "path.json"])
+    };
+    refused(&path("{}"), 3, &["path.json", "version"]);
+    refused(&path(r#"{"version":2}"#), 3, &["path.json", "version 2"]);
+    let empty = r#"{"version":1,"projection":"perspective","near":0.1,"far":null,"keys":[]}"#;
+    refused(&path(empty), 3, &["path.json", "keys is empty"]);
+    refused(
+        &house.hroc(&["run", "rooms.hroc", "--path", "walkin"]),
+        3,
+        &["walkin", "walk-in"],
+    );
+}
+
+#[test]
+fn without_an_adapter_it_exits_with_4() {
+    let house = House::new(1);
+    let run = |adapter| house.hroc(&["run", "rooms.hroc", "--adapter", adapter]);
+    // Either there is no adapter at all, or none of this name.
+    refused(&run("no adapter is called this"), 4, &["adapter"]);
+    let mut command = Command::cargo_bin("hroc").unwrap();
+    command.args(["run", house.scene().to_str().unwrap()]);
+    for variable in ["VK_ICD_FILENAMES", "VK_DRIVER_FILES"] {
+        command.env(variable, "/nonexistent.json");
+    }
+    if cfg!(target_os = "linux") {
+        refused(
+            &command.output().unwrap(),
+            4,
+            &["apt-get install mesa-vulkan-drivers"],
+        );
+    }
+}
+
+#[test]
+fn methods_and_paths_are_data_on_stdout() {
+    let house = House::new(2);
+    let methods = house.hroc(&["methods"]);
+    assert_eq!(methods.status.code(), Some(0));
+    assert!(text(&methods.stdout).contains("| hroc"));
+    assert_eq!(text(&methods.stderr), "");
+
+    let printed = house.hroc(&["path", "rooms.hroc", "walk-in"]);
+    let path: Value = serde_json::from_slice(&printed.stdout).unwrap();
+    assert_eq!(
+        (path["version"].as_u64(), path["far"].is_null()),
+        (Some(1), true)
+    );
+    // Positions are the source's, not relative to the baked origin.
+    assert!(path["keys"][1]["position"][0].as_f64().unwrap() > 4e5);
+    assert_eq!(
+        house
+            .hroc(&["path", "rooms.hroc", "walk-in", "-o", "p.json"])
+            .status
+            .code(),
+        Some(0)
+    );
+    assert_eq!(fs::read(house.path("p.json")).unwrap(), printed.stdout);
+}
+
+#[test]
+fn hroc_draws_what_no_culling_draws() {
+    if without_gpu() {
+        return;
+    }
+    let house = House::new(6);
+    house.hroc(&["path", "rooms.hroc", "walk-in", "-o", "p.json"]);
+    for split in ["sah", "middle", "equal-count"] {
+        for depth in ["standard", "reversed"] {
+            for path in ["walk-in", "orbit"] {
+                let output = house.run(
+                    &[
+                        "--check", "--json", "-", "--split", split, "--depth", depth, "--path",
+                        path,
+                    ],
+                    0,
+                );
+                let results: RunResults = serde_json::from_slice(&output.stdout).unwrap();
+                assert_eq!(results.errors(), Some([0, 0]));
+                assert_eq!((results.per_frame.len(), results.scene.objects), (6, 54));
+                assert_eq!(
+                    (results.split.as_deref(), results.depth.as_str()),
+                    (Some(split), depth)
+                );
+                for frame in &results.per_frame {
+                    let sets = frame.sets;
+                    // V and U are disjoint, so together they are what is drawn.
+                    assert_eq!(frame.pvs, Some(sets.v.unwrap() + sets.u.unwrap()));
+                    assert!(sets.o <= sets.v && sets.d <= sets.u);
+                    assert!(frame.visible <= frame.in_frustum && frame.in_frustum <= Some(54));
+                    assert_eq!(
+                        frame.counters.triangles,
+                        frame.counters.draws.map(|draws| 12 * draws)
+                    );
+                }
+                // From outside the small cubes are hidden in their rooms, once there is a history.
+                assert!(results.per_frame[1].pvs < Some(54));
+            }
+        }
+    }
+    // A written standard path and the built-in one are the same.
+    let visible = |path| {
+        let output = house.run(&["--check", "--json", "-", "--path", path], 0);
+        let results: RunResults = serde_json::from_slice(&output.stdout).unwrap();
+        results
+            .per_frame
+            .iter()
+            .map(|frame| frame.visible)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(visible("p.json"), visible("walk-in"));
+}
+
+#[test]
+fn results_and_images_are_written() {
+    if without_gpu() {
+        return;
+    }
+    let house = House::new(2);
+    let output = house.run(
+        &[
+            "--method", "noc", "--json", "r.json", "--png", "f.png", "--dump", "d",
+        ],
+        0,
+    );
+    assert!(
+        text(&output.stdout).contains("frame time, median"),
+        "the summary"
+    );
+    let results: Value = serde_json::from_slice(&fs::read(house.path("r.json")).unwrap()).unwrap();
+    assert_eq!(results["schema"], 1);
+    assert_eq!(results["per_frame"][5]["pvs"], 18);
+    for absent in [
+        "visible",
+        "in_frustum",
+        "wrong_pixels",
+        "false_negatives",
+        "depth_ties",
+    ] {
+        assert!(results["per_frame"][5][absent].is_null(), "{absent}");
+    }
+    for absent in ["O", "G", "U", "D"] {
+        assert!(
+            results["per_frame"][5]["sets"][absent].is_null(),
+            "{absent}"
+        );
+    }
+    assert!(results["mode"].is_null() && results["split"].is_null());
+    assert!(
+        fs::read(house.path("f.png"))
+            .unwrap()
+            .starts_with(b"\x89PNG")
+    );
+
+    assert_eq!(fs::read_dir(house.path("d")).unwrap().count(), 12);
+    let item = fs::read(house.path("d/00000_item.npy")).unwrap();
+    assert!(text(&item[..128]).contains("'<u4'") && text(&item[..128]).contains("(54, 96)"));
+    let ids = item[128..]
+        .chunks_exact(4)
+        .map(|id| u32::from_le_bytes(id.try_into().unwrap()))
+        .collect::<Vec<_>>();
+    assert_eq!(ids.len(), 96 * 54);
+    // The overview: background in the corner, a room's shell in the middle.
+    assert_eq!(ids[0], u32::MAX);
+    assert!(ids.iter().any(|&id| id % 9 == 0) && ids.iter().all(|&id| id == u32::MAX || id < 18));
+    let depth = fs::read(house.path("d/00000_depth.npy")).unwrap();
+    let depth =
+        |pixel: usize| f32::from_le_bytes(depth[128 + 4 * pixel..][..4].try_into().unwrap());
+    for (pixel, id) in ids.iter().enumerate() {
+        assert_eq!(depth(pixel) == 0.0, *id == u32::MAX, "pixel {pixel}");
+    }
+}
+
+#[test]
+fn the_truth_is_cached_and_a_cache_that_cannot_be_written_is_a_warning() {
+    if without_gpu() {
+        return;
+    }
+    let house = House::new(2);
+    let entries = |folder: &Path| fs::read_dir(folder).map_or(0, Iterator::count);
+    house.run(&["--check", "--truth-cache", "truth"], 0);
+    // The turn ends where it began: the six frames have five cameras.
+    assert_eq!(entries(&house.path("truth")), 5);
+    house.run(
+        &["--check", "--truth-cache", "truth", "--split", "middle"],
+        0,
+    );
+    assert_eq!(entries(&house.path("truth")), 5);
+    house.run(&["--check", "--no-truth-cache"], 0);
+    assert_eq!(entries(&house.path("cache")), 0);
+    let output = house.run(
+        &["--check", "--truth-cache", "rooms.hroc/x", "--json", "-"],
+        0,
+    );
+    let results: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let kinds = results["warnings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|warning| &warning["kind"]);
+    assert!(kinds.into_iter().any(|kind| kind == "truth_not_cached"));
+}
+
+#[test]
+fn degenerate_scenes_and_sizes_run() {
+    if without_gpu() {
+        return;
+    }
+    let empty = House::new(0);
+    for method in ["noc", "hroc"] {
+        let output = empty.run(&["--check", "--method", method, "--json", "-"], 0);
+        let results: RunResults = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(
+            results
+                .per_frame
+                .iter()
+                .all(|frame| frame.pvs == Some(0) && frame.visible == Some(0))
+        );
+    }
+    let house = House::new(1);
+    for size in ["1x1", "1x300", "257x1"] {
+        let output = house.hroc(&[
+            "run",
+            "rooms.hroc",
+            "--frames",
+            "2",
+            "--check",
+            "--size",
+            size,
+        ]);
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{size}: {}",
+            text(&output.stderr)
+        );
+    }
+    refused(
+        &house.hroc(&["run", "rooms.hroc", "--size", "1000000x1"]),
+        4,
+        &["1000000x1", "--size"],
+    );
+    refused(
+        &house.hroc(&["run", "rooms.hroc", "--split", "none"]),
+        3,
+        &["'none'", "sah", "--split"],
+    );
+}
