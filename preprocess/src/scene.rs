@@ -43,6 +43,17 @@ pub struct SourceMesh {
     pub indices: Vec<u32>,
 }
 
+impl SourceMesh {
+    /// Bytes of its arrays.
+    pub fn byte_count(&self) -> u64 {
+        let bytes = size_of_val(self.positions.as_slice())
+            + size_of_val(self.normals.as_slice())
+            + size_of_val(self.uvs.as_slice())
+            + size_of_val(self.indices.as_slice());
+        bytes as u64
+    }
+}
+
 /// How an object's alpha is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AlphaMode {

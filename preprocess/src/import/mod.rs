@@ -22,7 +22,7 @@ use error::Result;
 use std::path::{Path, PathBuf};
 
 /// More objects than this are refused: instancing lets a small file ask for any number of them.
-pub const MAX_OBJECTS: usize = 1 << 24;
+pub const MAX_OBJECTS: usize = 1 << 23;
 
 /// What to read beside positions and indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,24 +4,36 @@
 use super::buffers::{Buffers, range};
 use super::schema::{Accessor, Root, Sparse, get};
 use super::{ImportError, ImportErrorKind, Result};
+use std::cell::Cell;
 
-/// Elements of an accessor without a buffer view are zero and cost the file nothing; more than this
-/// many are refused.
-const MAX_ZEROS: u64 = 1 << 24;
+/// Elements of an accessor without a buffer view are zero and cost the file nothing; all such
+/// accessors of a file together may have this many.
+const MAX_ZEROS: u64 = 1 << 20;
 
 pub(super) struct Accessors<'a> {
     root: &'a Root,
     buffers: &'a Buffers<'a>,
+    /// How many elements without data may still be asked for.
+    zeros_left: Cell<u64>,
 }
 
 impl<'a> Accessors<'a> {
     pub(super) fn new(root: &'a Root, buffers: &'a Buffers<'a>) -> Self {
-        Self { root, buffers }
+        Self {
+            root,
+            buffers,
+            zeros_left: Cell::new(MAX_ZEROS),
+        }
     }
 
     /// The declaration of an accessor.
     pub(super) fn declared(&self, index: usize) -> Result<&'a Accessor> {
         get(&self.root.accessors, index, "accessor")
+    }
+
+    /// Bytes of the buffers read so far.
+    pub(super) fn source_bytes(&self) -> u64 {
+        self.buffers.loaded_bytes()
     }
 
     /// Opens an accessor whose elements have `shape`, such as `"VEC3"`.
@@ -43,11 +55,19 @@ impl<'a> Accessors<'a> {
         let count = usize::try_from(accessor.count).unwrap_or(usize::MAX);
         let base = match accessor.buffer_view {
             Some(view) => Some(self.strided(view, accessor.byte_offset, count, size)?),
-            None if accessor.count > MAX_ZEROS => {
-                let what = format!("{count} elements without data; the limit is {MAX_ZEROS}");
-                return Err(ImportError::new(ImportErrorKind::TooLarge, what));
+            None => {
+                let left = self
+                    .zeros_left
+                    .get()
+                    .checked_sub(accessor.count)
+                    .ok_or_else(|| {
+                        let what =
+                            format!("more than {MAX_ZEROS} elements without data in the file");
+                        ImportError::new(ImportErrorKind::TooLarge, what)
+                    })?;
+                self.zeros_left.set(left);
+                None
             }
-            None => None,
         };
         let sparse = accessor
             .sparse

@@ -109,6 +109,15 @@ impl<'a> Buffers<'a> {
         }
     }
 
+    /// Bytes of all loaded buffers.
+    pub(super) fn loaded_bytes(&self) -> u64 {
+        self.loaded
+            .iter()
+            .filter_map(OnceCell::get)
+            .map(|bytes| bytes.len() as u64)
+            .sum()
+    }
+
     /// Hashes the loaded buffers that are not part of the scene file, in the file's order.
     pub(super) fn hash_into(&self, hash: &mut Xxh3) {
         for bytes in self.loaded.iter().filter_map(OnceCell::get) {

@@ -10,6 +10,12 @@ use crate::scene::SourceMesh;
 use glam::Vec3;
 use std::collections::HashMap;
 
+/// Meshes may take this many bytes, and [`MAX_EXPANSION`] times those of the buffers they come from:
+/// accessors may overlap, so without a limit memory could grow with the square of the file.
+/// Compression and quantization together stay well below it.
+const FREE_BYTES: u64 = 1 << 26;
+const MAX_EXPANSION: u64 = 256;
+
 /// What moves vertices of a primitive beside its node's transform.
 #[derive(Clone, Copy)]
 pub(super) struct Deform<'a> {
@@ -81,6 +87,8 @@ pub(super) struct Primitives<'a> {
     accessors: Accessors<'a>,
     options: ImportOptions,
     read: HashMap<Key, usize>,
+    /// Bytes of the meshes read so far.
+    mesh_bytes: u64,
 }
 
 impl<'a> Primitives<'a> {
@@ -89,6 +97,7 @@ impl<'a> Primitives<'a> {
             accessors,
             options,
             read: HashMap::new(),
+            mesh_bytes: 0,
         }
     }
 
@@ -150,6 +159,13 @@ impl<'a> Primitives<'a> {
         let Some(mesh) = self.mesh(&key, &targets, skin, &primitive.attributes, skipped)? else {
             return Ok(None);
         };
+        self.mesh_bytes += mesh.byte_count();
+        let limit = FREE_BYTES + MAX_EXPANSION * self.accessors.source_bytes();
+        if self.mesh_bytes > limit {
+            let what =
+                format!("the meshes take more than {MAX_EXPANSION} times the file's buffers");
+            return Err(ImportError::new(ImportErrorKind::TooLarge, what));
+        }
         meshes.push(mesh);
         self.read.insert(key, meshes.len() - 1);
         Ok(Some(meshes.len() - 1))
