@@ -1,21 +1,29 @@
 //! What the shaders of one frame know of the camera, and by how much bounds must grow.
 //!
-//! # Why padding, and how much
+//! # Why an image is exact
 //!
-//! Let an object be visible at pixel `p`: a triangle of it covers the pixel's centre with depth `d`. Its
-//! group and every tree node on the way to its leaf must then (a) be rasterized at `p`, (b) be met by the
-//! ray through `p`, (c) enter at or in front of `d`. The bounds `B` contain the object's vertices as the
-//! GPU computes them in world (the bake sees to that), so what remains is everything that moves a point
-//! between world and the depth buffer. Roundoff unit `u = 2^-23` (Vulkan lets an operation return either
-//! neighbour); `S` bounds `|x|_1 + |eye|_1` over the scene; `a` is the tangent of half the larger field of
-//! view (0 for an orthographic camera).
+//! Let a fragment of object `x` show at pixel `p` with depth `d`, and let `x` not be in V. The fragment was
+//! kept by `hroc_keeps` (object.wgsl), so the ray through `p` meets the padded bounds of `x` and enters them
+//! at or in front of `d` in the very arithmetic of the batch occlusion test; and `d` is at or in front of the
+//! occlusion map. Exactly one ancestor-or-self `g` of the leaf of `x` is a group. Every node between `g` and
+//! the leaf has bounds that contain the leaf's, the padding of the larger box is no smaller, and each step
+//! of the slab test and of the depth comparison is monotone in its rounded f32 operations, so the ray passes
+//! them all and reaches the leaf. What remains is that the rasterizer covers `p` with the box of `g`: that,
+//! and that `hroc_keeps` loses no true fragment, is what the padding is for.
+//!
+//! # How much padding
+//!
+//! The bounds `B` of an object contain its vertices as the GPU computes them in world (the bake sees to
+//! that), so what counts is everything that moves a point between world and the depth buffer. Roundoff unit
+//! `u = 2^-23` (Vulkan lets an operation return either neighbour); `S` bounds `|x|_1 + |eye|_1` over the
+//! scene; `a` is the tangent of half the larger field of view (0 for an orthographic camera).
 //!
 //! 1. *Snapping.* The rasterizer moves vertices to a subpixel grid; a triangle's hull moves by at most
 //!    one grid step, and so does the rasterized box's. The API guarantees only 4 subpixel bits:
-//!    two steps of 1/16 px, plus the viewport transform's rounding, `8 u max(width, height)` px.
-//!    The fragment's depth is that of a point `X` of the triangle that projects within a step of `p`
-//!    (the rasterizer interpolates depth with the snapped triangle's barycentric coordinates), so
-//!    (b) and (c) hold for the same `X`: the ray passes within a step of `X` at the depth of `X`.
+//!    two steps of 1/16 px, plus the viewport transform's rounding, `8 u max(width, height)` px. Where depth
+//!    is interpolated with the snapped triangle's barycentric coordinates, a fragment's depth is that of a
+//!    point `X` of the triangle that projects within a step of `p`; the ray passes within a step of `X` at
+//!    the depth of `X`. (Rasterizers that extrapolate from unsnapped vertices are why `hroc_keeps` exists.)
 //! 2. *Clip transform.* `clip = M x` in f32: each component errs by `4.5 u (sum |M_i||x_i| + |M_3|)`, four
 //!    products, three sums, the entries of `M` rounded. For x and w that is, in world units at the point's
 //!    depth, `4.5 u S (1 + a)`; the same for y; once for geometry and once for the box: `18 u S (1 + a)`.

@@ -14,12 +14,13 @@ const DRAW: &str = "//!import common/types
 //!import object
 @group(0) @binding(1) var<storage, read> objects: array<Object>;
 @group(0) @binding(2) var<storage, read> object_bounds: array<Bounds>;
+override GUARDED: bool = true;
 struct Vertex { @builtin(position) position: vec4f, @location(0) @interpolate(flat, either) object: u32 }
 @vertex fn vertex(@location(0) p: vec3f, @builtin(instance_index) object: u32) -> Vertex {
     return Vertex(hroc_clip_position(hroc_world_position(objects[object], p)), object);
 }
 @fragment fn fragment(v: Vertex) -> @location(0) u32 {
-    if (!hroc_keeps(object_bounds[v.object], v.position)) { discard; }
+    if (GUARDED && !hroc_keeps(object_bounds[v.object], v.position)) { discard; }
     return v.object;
 }";
 
@@ -126,6 +127,17 @@ pub struct Host<'g> {
 impl<'g> Host<'g> {
     /// A host for `scene`.
     pub fn new(gpu: &'g Gpu, scene: &Scene, size: [u32; 2], depth: DepthConvention) -> Self {
+        Self::with_guard(gpu, scene, size, depth, true)
+    }
+
+    /// A host that keeps every fragment (`guarded` false) or those that `hroc_keeps` lets pass.
+    pub fn with_guard(
+        gpu: &'g Gpu,
+        scene: &Scene,
+        size: [u32; 2],
+        depth: DepthConvention,
+        guarded: bool,
+    ) -> Self {
         let device = &gpu.device;
         let texture = |label, format| {
             device.create_texture(&wgpu::TextureDescriptor {
@@ -151,7 +163,10 @@ impl<'g> Host<'g> {
             label: Some("draw"),
             source: wgpu::ShaderSource::Wgsl(hroc_shaders::resolve(DRAW).unwrap().into()),
         });
-        let constants = depth.constants();
+        let constants = [
+            depth.constants()[0],
+            ("GUARDED", f64::from(u8::from(guarded))),
+        ];
         let options = wgpu::PipelineCompilationOptions {
             constants: &constants,
             ..Default::default()

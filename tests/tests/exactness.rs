@@ -1,7 +1,10 @@
 //! Every method that claims to be exact gives the depth buffer of drawing everything, bit for bit, on every
 //! generated scene, with every tree, in both depth conventions.
 
-use hroc_runtime::{CullingMethod, DepthConvention, Hroc, HrocOptions, Noc, Submission};
+use glam::{DVec3, DVec4};
+use hroc_runtime::{
+    CullingMethod, DepthConvention, Hroc, HrocOptions, Noc, Projection, Submission,
+};
 use hroc_tests::host::{Difference, Host, World, difference};
 use hroc_tests::{Gpu, gpu, scenes};
 
@@ -132,5 +135,119 @@ fn little_is_drawn_where_much_is_hidden() {
             "{}: {visible} visible, {pvs} drawn",
             tree.split
         );
+    }
+}
+
+/// `hroc_keeps` may drop only what no sample of the object can be: fragments in front of the object's own bounds,
+/// by a computation in f64 that knows nothing of the shader's padding.
+#[test]
+fn only_stray_fragments_are_dropped() {
+    let Some(gpu) = gpu() else { return };
+    let (mut pixels, mut strays) = (0, 0);
+    for test in scenes::all() {
+        let world = World::new(gpu, test.bake());
+        for depth in DepthConvention::ALL {
+            let guarded = Host::new(gpu, &world.scene, SIZE, depth);
+            let unguarded = Host::with_guard(gpu, &world.scene, SIZE, depth, false);
+            let mut noc = Noc::new(&gpu.device, &world.scene, depth);
+            for (number, camera) in test.cameras.iter().enumerate() {
+                let (kept, all) = (
+                    guarded.render(&mut noc, camera),
+                    unguarded.render(&mut noc, camera),
+                );
+                pixels += kept.depth.len();
+                for (i, (a, b)) in kept.depth.iter().zip(&all.depth).enumerate() {
+                    if a.to_bits() != b.to_bits() {
+                        strays += 1;
+                        let pixel = [i as u32 % SIZE[0], i as u32 / SIZE[0]];
+                        let bounds = &world.baked.scene().object_bounds[all.item[i] as usize];
+                        let near = nearest_depth(&world.scene.shape, camera, depth, pixel, bounds);
+                        let outside = match depth {
+                            DepthConvention::Standard => f64::from(*b) < near,
+                            DepthConvention::Reversed => f64::from(*b) > near,
+                        };
+                        assert!(
+                            outside,
+                            "{} {depth:?} frame {number} pixel {pixel:?}: depth {b} was dropped, bounds begin at {near}",
+                            test.name
+                        );
+                    }
+                }
+            }
+        }
+    }
+    eprintln!("{strays} stray fragments in {pixels} pixels");
+    assert!(
+        strays * 10_000 < pixels,
+        "{strays} of {pixels} pixels showed stray fragments"
+    );
+}
+
+/// The depth at which an object's bounds, grown by a quarter of a subpixel step of 1/16 px and by f32's
+/// resolution of the scene, begin along a pixel's ray; infinitely far where they are missed.
+fn nearest_depth(
+    shape: &hroc_runtime::SceneShape,
+    camera: &hroc_runtime::Camera,
+    depth: DepthConvention,
+    pixel: [u32; 2],
+    bounds: &hroc_format::ArchivedBounds,
+) -> f64 {
+    let clip = camera
+        .clip_from_world(depth, SIZE, shape.origin, shape.radius)
+        .unwrap();
+    let world = clip.inverse();
+    let ndc = |x: f64, size: u32| 2.0 * x / f64::from(size) - 1.0;
+    let at = |z: f64| {
+        let p = DVec4::new(
+            ndc(f64::from(pixel[0]) + 0.5, SIZE[0]),
+            -ndc(f64::from(pixel[1]) + 0.5, SIZE[1]),
+            z,
+            1.0,
+        );
+        let q = world * p;
+        q.truncate() / q.w
+    };
+    // Two points of the ray, whatever the projection.
+    let (a, b) = (at(0.9), at(0.3));
+    let direction = (b - a)
+        * if depth == DepthConvention::Reversed {
+            1.0
+        } else {
+            -1.0
+        };
+    let eye = camera.position - shape.origin;
+    let corner = |corner: [f64; 3]| DVec3::from_array(corner);
+    let lo = corner(bounds.min.map(|x| f64::from(x.to_native())));
+    let hi = corner(bounds.max.map(|x| f64::from(x.to_native())));
+    let reach = (lo - eye).abs().max((hi - eye).abs()).length();
+    let pixel_size = match camera.projection {
+        Projection::Perspective { fov_y_rad } => {
+            2.0 * (0.5 * fov_y_rad).tan() * reach / f64::from(SIZE[1])
+        }
+        Projection::Orthographic { half_height } => 2.0 * half_height / f64::from(SIZE[1]),
+    };
+    let grow = pixel_size / 64.0 + 1e-6 * (shape.reach + eye.length());
+    let (lo, hi) = (lo - grow, hi + grow);
+    let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);
+    for axis in 0..3 {
+        let (x, y) = (
+            (lo[axis] - a[axis]) / direction[axis],
+            (hi[axis] - a[axis]) / direction[axis],
+        );
+        if x.is_finite() && y.is_finite() {
+            first = first.max(x.min(y));
+            last = last.min(x.max(y));
+        }
+    }
+    let farthest = f64::from(depth.clear_value());
+    if first > last {
+        return farthest;
+    }
+    let p = clip * (a + first * direction).extend(1.0);
+    // Behind the near plane: nothing there is in front of the bounds.
+    if p.w <= 0.0 {
+        1.0 - farthest
+    } else {
+        p.z / p.w
     }
 }
