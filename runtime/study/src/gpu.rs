@@ -3,6 +3,7 @@
 use std::env;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use crate::gpu_clock::GpuClock;
 use wgpu::{AdapterInfo, Backends, DeviceType, InstanceFlags};
 
 /// Environment variable with part of the adapter's name, for when `--adapter` is not given.
@@ -37,6 +38,9 @@ pub enum GpuError {
     /// A target larger than it can make.
     #[error("{0}x{1} pixels exceed this device's limit of {2} per side; use a smaller --size")]
     TooManyPixels(u32, u32, u32),
+    /// It has no timestamps.
+    #[error("the adapter '{0}' has no timestamps; use --clock wall")]
+    NoClock(String),
     /// It failed while running.
     #[error("the device failed: {0}")]
     Failed(String),
@@ -87,7 +91,8 @@ impl Gpu {
         let info = adapter.get_info();
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("hroc"),
-            required_features: hroc_runtime::device::features(&adapter)?,
+            required_features: hroc_runtime::device::features(&adapter)?
+                | (adapter.features() & GpuClock::FEATURES),
             required_limits: hroc_runtime::device::limits(&adapter),
             memory_hints: wgpu::MemoryHints::Performance,
             ..Default::default()

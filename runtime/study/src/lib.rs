@@ -9,6 +9,7 @@ pub mod drawer;
 pub mod error;
 pub mod frustum;
 pub mod gpu;
+pub mod gpu_clock;
 pub mod id_set;
 pub mod image;
 pub mod npy;

@@ -60,7 +60,7 @@ pub struct Paths {
     pub submission: String,
     /// What tells visible objects from hidden ones: `item-buffer`.
     pub early_z: String,
-    /// The clock of `frame_ms` and `stages_ms`: `wall`.
+    /// The clock of `stages_ms`: `gpu` or `wall`. `frame_ms` is always the host's.
     pub clock: String,
 }
 
@@ -142,7 +142,9 @@ pub struct Frame {
     pub sets: SetSizes,
     /// From the first command recorded to the last one done, milliseconds.
     pub frame_ms: f64,
-    /// Milliseconds per stage, from a replay that waits at each stage.
+    /// From the first stage's begin to the last one's end by the device's clock; `None` where it is not used.
+    pub gpu_ms: Option<f64>,
+    /// Milliseconds per stage, from a replay that waits at each stage unless the device's clock is used.
     pub stages_ms: BTreeMap<String, f64>,
     /// Work done.
     pub counters: Counters,
@@ -224,6 +226,7 @@ pub(crate) mod tests {
                 ..Default::default()
             },
             frame_ms,
+            gpu_ms: None,
             stages_ms: [("pack".to_owned(), 0.25)].into(),
             counters: Counters {
                 draws: Some(5),
@@ -302,7 +305,7 @@ pub(crate) mod tests {
             ),
             (
                 "/per_frame/0",
-                "visible in_frustum pvs wrong_pixels false_negatives depth_ties cull_rate sets frame_ms stages_ms counters",
+                "visible in_frustum pvs wrong_pixels false_negatives depth_ties cull_rate sets frame_ms gpu_ms stages_ms counters",
             ),
         ] {
             let mut found = names(value.pointer(at).unwrap());

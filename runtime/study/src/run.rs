@@ -2,7 +2,8 @@
 //! another. Every replay starts without history.
 //!
 //! 1. *Timed*: whole frames by the host's clock, nothing else between them.
-//! 2. *Staged*: the same, waiting at each stage's end ([`StageClock`]).
+//! 2. *Staged*: with timestamps of the device ([`GpuStageClock`]) or, where these cannot be trusted, waits
+//!    ([`StageClock`]) round each stage.
 //! 3. *Observed*: the sets, the images, and the check against the truth.
 //! 4. *Counted*: the method with its work counters on, which slow it down; only where it has any.
 
@@ -21,6 +22,7 @@ use crate::drawer::ObjectDrawer;
 use crate::error::StudyError;
 use crate::frustum::Frustum;
 use crate::gpu::Gpu;
+use crate::gpu_clock::{ClockChoice, GpuClock, GpuStageClock};
 use crate::id_set::IdSet;
 use crate::image::{Image, ImageCopy};
 use crate::registry::{Method, Parts};
@@ -49,6 +51,8 @@ pub struct RunOptions {
     pub size: [u32; 2],
     /// How depth is stored.
     pub depth: DepthConvention,
+    /// What times the stages.
+    pub clock: ClockChoice,
     /// Compare each frame with the truth.
     pub check: bool,
     /// Where the truth is kept between runs, if anywhere.
@@ -122,7 +126,12 @@ pub fn run(
         paths: Paths {
             submission: Submission::of(gpu.device.features()).name().to_owned(),
             early_z: "item-buffer".to_owned(),
-            clock: "wall".to_owned(),
+            clock: if bench.gpu_clock.is_some() {
+                "gpu"
+            } else {
+                "wall"
+            }
+            .to_owned(),
         },
         memory_bytes,
         warnings,
@@ -153,6 +162,7 @@ struct Bench<'a> {
     tree: Option<Tree>,
     targets: FrameTargets,
     drawer: ObjectDrawer,
+    gpu_clock: Option<GpuClock>,
 }
 
 impl<'a> Bench<'a> {
@@ -167,6 +177,7 @@ impl<'a> Bench<'a> {
         let scene = Scene::upload(&gpu.device, baked.scene())?;
         let targets = FrameTargets::new(&gpu.device, options.size);
         let drawer = ObjectDrawer::new(&gpu.device, &scene, &targets, options.depth);
+        let gpu_clock = GpuClock::choose(gpu, options.clock)?;
         gpu.check()?;
         Ok(Self {
             gpu,
@@ -176,6 +187,7 @@ impl<'a> Bench<'a> {
             tree,
             targets,
             drawer,
+            gpu_clock,
         })
     }
 
@@ -251,25 +263,37 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// Fills in `stages_ms`.
+    /// Fills in `stages_ms` and `gpu_ms`.
     fn replay_staged(
         &mut self,
         frames: &mut [Frame],
         progress: &ProgressBar,
     ) -> Result<(), StudyError> {
         let mut method = self.method(false)?;
+        // Out of the bench while it encodes.
+        let gpu_clock = self.gpu_clock.take();
         for (number, frame) in (0..).zip(frames) {
             let mut encoder = self.gpu.encoder();
-            let mut clock = StageClock::new(self.gpu);
-            self.encode(&mut *method, number, &mut encoder, Some(&mut clock))?;
-            let stages = clock.finish()?;
-            self.gpu.submit_and_wait(encoder)?;
-            frame.stages_ms = stages
-                .into_iter()
-                .map(|(stage, ms)| (stage.name().to_owned(), ms))
-                .collect();
+            let stages = if let Some(gpu_clock) = &gpu_clock {
+                let mut clock = GpuStageClock::new(gpu_clock);
+                self.encode(&mut *method, number, &mut encoder, Some(&mut clock))?;
+                clock.resolve(&mut encoder);
+                self.gpu.submit_and_wait(encoder)?;
+                let (stages, gpu_ms) = clock.read(self.gpu);
+                frame.gpu_ms = Some(gpu_ms);
+                stages
+            } else {
+                let mut clock = StageClock::new(self.gpu);
+                self.encode(&mut *method, number, &mut encoder, Some(&mut clock))?;
+                self.gpu.submit_and_wait(encoder)?;
+                clock.finish()?
+            };
+            for (stage, ms) in stages {
+                *frame.stages_ms.entry(stage.name().to_owned()).or_default() += ms;
+            }
             progress.inc(1);
         }
+        self.gpu_clock = gpu_clock;
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! Times each stage of a frame with the host's clock.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use hroc_runtime::{Stage, StageObserver};
 
@@ -12,8 +12,7 @@ use crate::gpu::{Gpu, GpuError};
 pub struct StageClock<'a> {
     gpu: &'a Gpu,
     began: Instant,
-    elapsed: [Duration; Stage::ALL.len()],
-    seen: [bool; Stage::ALL.len()],
+    stages: Vec<(Stage, f64)>,
     result: Result<(), GpuError>,
 }
 
@@ -23,27 +22,17 @@ impl<'a> StageClock<'a> {
         Self {
             gpu,
             began: Instant::now(),
-            elapsed: Default::default(),
-            seen: Default::default(),
+            stages: Vec::new(),
             result: Ok(()),
         }
     }
 
-    /// Milliseconds per stage that the frame had, in the order of their first use; a stage that ran twice
-    /// counts both times.
+    /// Milliseconds of each stage, in the order they ran.
     ///
     /// # Errors
     /// If the device failed meanwhile.
     pub fn finish(self) -> Result<Vec<(Stage, f64)>, GpuError> {
-        self.result?;
-        let seen = Stage::ALL
-            .iter()
-            .zip(self.elapsed)
-            .zip(self.seen)
-            .filter(|(_, seen)| *seen);
-        Ok(seen
-            .map(|((&stage, elapsed), _)| (stage, elapsed.as_secs_f64() * 1e3))
-            .collect())
+        self.result.map(|()| self.stages)
     }
 
     fn flush(&mut self, encoder: &mut wgpu::CommandEncoder) {
@@ -63,11 +52,7 @@ impl StageObserver for StageClock<'_> {
 
     fn end(&mut self, stage: Stage, encoder: &mut wgpu::CommandEncoder) {
         self.flush(encoder);
-        let index = Stage::ALL
-            .iter()
-            .position(|&other| other == stage)
-            .expect("every stage is listed");
-        self.elapsed[index] += self.began.elapsed();
-        self.seen[index] = true;
+        self.stages
+            .push((stage, self.began.elapsed().as_secs_f64() * 1e3));
     }
 }

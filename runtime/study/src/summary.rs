@@ -59,6 +59,14 @@ fn rows(results: &RunResults) -> Vec<[String; 2]> {
             milliseconds(percentile(&times, 0.99)),
         ),
     ];
+    let gpu = frames
+        .iter()
+        .filter_map(|frame| frame.gpu_ms)
+        .collect::<Vec<_>>();
+    rows.push((
+        "GPU time, median (ms)".to_owned(),
+        milliseconds(percentile(&gpu, 0.5)),
+    ));
     let stages = frames.iter().flat_map(|frame| frame.stages_ms.keys());
     for stage in stages.collect::<std::collections::BTreeSet<_>>() {
         let ms = frames

@@ -2,37 +2,20 @@
 //!
 //! Tests that draw need an adapter; `HROC_SKIP_GPU=1` leaves them out and says so.
 
+mod support;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use assert_cmd::Command;
-use hroc_preprocess::bake::{BakeOptions, bake};
-use hroc_preprocess::progress::Silent;
-use hroc_preprocess::scene::{AlphaMode, SourceFile, SourceMesh, SourceObject, SourceScene};
 use hroc_study::results::RunResults;
 use serde_json::Value;
 use tempfile::TempDir;
 
-const CUBE_CORNERS: [[f32; 3]; 8] = {
-    let mut corners = [[0.0; 3]; 8];
-    let mut i = 0;
-    while i < 8 {
-        let mut axis = 0;
-        while axis < 3 {
-            corners[i][axis] = if i >> axis & 1 == 1 { 0.5 } else { -0.5 };
-            axis += 1;
-        }
-        i += 1;
-    }
-    corners
-};
-const CUBE_INDICES: [u32; 36] = [
-    0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3,
-    5, 3, 7, 5,
-];
+use support::without_gpu;
 
-/// A folder with `rooms` closed rooms in a row, eight small cubes in each, far from the source's zero.
+/// A folder with a baked scene, see [`support::rooms`].
 struct House {
     folder: TempDir,
 }
@@ -42,55 +25,7 @@ impl House {
         let house = Self {
             folder: tempfile::tempdir().unwrap(),
         };
-        let mut objects = Vec::new();
-        let mut cube = |scale: f64, at: [f64; 3]| {
-            let scale = glam::DVec3::splat(scale);
-            let translation = glam::DVec3::from_array(at) + glam::DVec3::new(5e5, 10.0, -3e5);
-            objects.push(SourceObject {
-                mesh: 0,
-                world_from_object: glam::DAffine3::from_scale_rotation_translation(
-                    scale,
-                    glam::DQuat::IDENTITY,
-                    translation,
-                ),
-                base_color: [0.8, 0.6, 0.4, 1.0],
-                alpha: AlphaMode::Opaque,
-                double_sided: false,
-                name: String::new(),
-                file: 0,
-                node: 0,
-                primitive: 0,
-            });
-        };
-        for room in 0..rooms {
-            let x = 3.0 * f64::from(room);
-            cube(2.0, [x, 0.0, 0.0]);
-            for corner in CUBE_CORNERS {
-                cube(
-                    0.2,
-                    [
-                        x + f64::from(corner[0]),
-                        f64::from(corner[1]),
-                        f64::from(corner[2]),
-                    ],
-                );
-            }
-        }
-        let source = SourceScene {
-            name: "rooms".into(),
-            files: vec![SourceFile {
-                name: "rooms.glb".into(),
-                hash: 0,
-            }],
-            meshes: vec![SourceMesh {
-                positions: CUBE_CORNERS.to_vec(),
-                indices: CUBE_INDICES.to_vec(),
-                ..Default::default()
-            }],
-            objects,
-            ..Default::default()
-        };
-        let (scene, _) = bake(source, &BakeOptions::default(), &Silent).unwrap();
+        let scene = support::rooms(rooms);
         hroc_format::write(&house.scene(), &scene).unwrap();
         house
     }
@@ -124,15 +59,6 @@ impl House {
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Whether to leave out what draws.
-fn without_gpu() -> bool {
-    let skip = std::env::var_os("HROC_SKIP_GPU").is_some_and(|value| value == "1");
-    if skip {
-        eprintln!("SKIPPED: HROC_SKIP_GPU=1, this test ran nothing on a GPU");
-    }
-    skip
 }
 
 /// Asserts the exit code and that the one line on stderr says all of `parts`.
@@ -377,6 +303,55 @@ fn results_and_images_are_written() {
 }
 
 #[test]
+fn stages_are_timed_by_either_clock() {
+    if without_gpu() {
+        return;
+    }
+    let house = House::new(2);
+    for clock in ["wall", "gpu", "auto"] {
+        let output = house.hroc(&[
+            "run",
+            "rooms.hroc",
+            "--size",
+            "96x54",
+            "--json",
+            "-",
+            "--clock",
+            clock,
+        ]);
+        // Not every device has timestamps.
+        if output.status.code() == Some(4) && clock == "gpu" {
+            refused(&output, 4, &["--clock wall"]);
+            continue;
+        }
+        let results: RunResults = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(clock == "auto" || results.paths.clock == clock);
+        for frame in &results.per_frame {
+            let stages = frame
+                .stages_ms
+                .keys()
+                .map(String::as_str)
+                .collect::<Vec<_>>();
+            let expected = [
+                "batch_occlusion_test",
+                "extract_groups",
+                "filter_occluders",
+                "occlusion_map",
+                "pack",
+                "render_occludees",
+            ];
+            assert_eq!(stages, expected);
+            assert!(
+                frame.stages_ms.values().all(|&ms| (0.0..1e5).contains(&ms)),
+                "{:?}",
+                frame.stages_ms
+            );
+            assert_eq!(frame.gpu_ms.is_some(), results.paths.clock == "gpu");
+        }
+    }
+}
+
+#[test]
 fn the_truth_is_cached_and_a_cache_that_cannot_be_written_is_a_warning() {
     if without_gpu() {
         return;
@@ -392,7 +367,7 @@ fn the_truth_is_cached_and_a_cache_that_cannot_be_written_is_a_warning() {
     );
     assert_eq!(entries(&house.path("truth")), 5);
     house.run(&["--check", "--no-truth-cache"], 0);
-    assert_eq!(entries(&house.path("cache")), 0);
+    assert_eq!(entries(&house.path("cache/hroc")), 0);
     let output = house.run(
         &["--check", "--truth-cache", "rooms.hroc/x", "--json", "-"],
         0,

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::{Destination, camera_path, open_scene, to_stdout};
 use crate::error::{StudyError, exit};
 use crate::gpu::{Gpu, GpuOptions};
+use crate::gpu_clock::ClockChoice;
 use crate::npy;
 use crate::output::{self, OutputFile};
 use crate::registry::{self, Exactness};
@@ -44,6 +45,9 @@ pub(super) struct RunArguments {
     /// How depth is stored.
     #[arg(long, value_enum, default_value_t = Depth::Reversed)]
     depth: Depth,
+    /// What times the stages.
+    #[arg(long, value_enum, default_value_t = Clock::Auto)]
+    clock: Clock,
     /// Compare every frame with the one where everything is drawn; exit with 1 if an exact method differs.
     #[arg(long)]
     check: bool,
@@ -80,6 +84,16 @@ enum Depth {
     Standard,
     /// Near 1, far 0.
     Reversed,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Clock {
+    /// The device's if it passes a test, else the host's.
+    Auto,
+    /// The host's, with a wait at each stage.
+    Wall,
+    /// The device's timestamps, right or wrong.
+    Gpu,
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
@@ -127,6 +141,11 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
         depth: match arguments.depth {
             Depth::Standard => DepthConvention::Standard,
             Depth::Reversed => DepthConvention::Reversed,
+        },
+        clock: match arguments.clock {
+            Clock::Auto => ClockChoice::Auto,
+            Clock::Wall => ClockChoice::Wall,
+            Clock::Gpu => ClockChoice::Gpu,
         },
         check: arguments.check,
         truth_cache: truth_folder
