@@ -38,6 +38,18 @@ pub enum GpuError {
     /// A target larger than it can make.
     #[error("{0}x{1} pixels exceed this device's limit of {2} per side; use a smaller --size")]
     TooManyPixels(u32, u32, u32),
+    /// It lacks what a method needs.
+    #[error(
+        "method '{method}' needs {features}, which the adapter '{adapter}' lacks; try --adapter"
+    )]
+    MethodUnfit {
+        /// The method's name.
+        method: &'static str,
+        /// What is missing.
+        features: String,
+        /// The adapter's name.
+        adapter: String,
+    },
     /// It has no timestamps.
     #[error("the adapter '{0}' has no timestamps; use --clock wall")]
     NoClock(String),
@@ -51,6 +63,8 @@ pub enum GpuError {
 pub struct GpuOptions {
     /// Part of the adapter's name, in any case; `None`: a GPU if there is one.
     pub adapter: Option<String>,
+    /// Requested where the adapter has them, beside hroc's own.
+    pub features: wgpu::Features,
     /// Checks every API call and every indirect argument. Slows runs down.
     pub validation: bool,
 }
@@ -92,7 +106,7 @@ impl Gpu {
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("hroc"),
             required_features: hroc_runtime::device::features(&adapter)?
-                | (adapter.features() & GpuClock::FEATURES),
+                | (adapter.features() & (GpuClock::FEATURES | options.features)),
             required_limits: hroc_runtime::device::limits(&adapter),
             memory_hints: wgpu::MemoryHints::Performance,
             ..Default::default()

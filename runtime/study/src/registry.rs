@@ -159,6 +159,15 @@ pub const fn host_sync_name(sync: HostSync) -> &'static str {
     }
 }
 
+/// Names of features, for people.
+pub fn feature_names(features: Features) -> String {
+    features
+        .iter_names()
+        .map(|(name, _)| name)
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
 /// The registry as a Markdown table.
 pub fn table() -> String {
     let rows = METHODS.iter().map(|method| {
@@ -172,9 +181,7 @@ pub fn table() -> String {
             modes,
             method.exactness.name().to_owned(),
             host_sync_name(method.host_sync).to_owned(),
-            format!("{:?}", method.features)
-                .trim_start_matches("Features")
-                .to_owned(),
+            feature_names(method.features),
             method.source.to_owned(),
         ]
     });

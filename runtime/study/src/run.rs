@@ -21,11 +21,11 @@ use crate::check::FrameCheck;
 use crate::drawer::ObjectDrawer;
 use crate::error::StudyError;
 use crate::frustum::Frustum;
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, GpuError};
 use crate::gpu_clock::{ClockChoice, GpuClock, GpuStageClock};
 use crate::id_set::IdSet;
 use crate::image::{Image, ImageCopy};
-use crate::registry::{Method, Parts};
+use crate::registry::{Method, Parts, feature_names};
 use crate::results::{
     AdapterInfo, Counters, Frame, Memory, Paths, RunResults, SCHEMA, SceneInfo, SetSizes,
     WARM_UP_FRAMES, Warning,
@@ -171,6 +171,14 @@ impl<'a> Bench<'a> {
         baked: &'a BakedScene,
         options: &'a RunOptions,
     ) -> Result<Self, StudyError> {
+        let missing = options.method.features - gpu.device.features();
+        if !missing.is_empty() {
+            return Err(StudyError::Gpu(GpuError::MethodUnfit {
+                method: options.method.name,
+                features: feature_names(missing),
+                adapter: gpu.info.name.clone(),
+            }));
+        }
         gpu.check_size(options.size)?;
         let upload_tree = || Tree::upload(&gpu.device, baked.scene(), &options.split);
         let tree = options.method.uses_tree.then(upload_tree).transpose()?;

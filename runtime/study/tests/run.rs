@@ -5,6 +5,7 @@ mod support;
 use hroc_format::{BakedScene, Check, to_bytes};
 use hroc_runtime::{DepthConvention, HostSync, Noc, Scene, SceneShape};
 use hroc_study::camera_path::orbit;
+use hroc_study::error::{StudyError, exit};
 use hroc_study::gpu::{Gpu, GpuOptions};
 use hroc_study::gpu_clock::ClockChoice;
 use hroc_study::registry::{Exactness, Method, method};
@@ -13,7 +14,7 @@ use hroc_study::run::{RunOptions, run};
 use indicatif::ProgressBar;
 
 /// Draws only the first of two rooms.
-static FORGETFUL: Method = Method {
+const FORGETFUL: Method = Method {
     name: "forgetful",
     source: "a method with a bug",
     exactness: Exactness::Exact,
@@ -38,9 +39,9 @@ static FORGETFUL: Method = Method {
     },
 };
 
-fn checked(method: &'static Method) -> RunResults {
-    let baked =
-        BakedScene::from_aligned(to_bytes(&support::rooms(2)).unwrap(), Check::Everything).unwrap();
+fn checked(method: &'static Method) -> Result<RunResults, StudyError> {
+    let file = to_bytes(&support::rooms(2)).unwrap();
+    let baked = BakedScene::from_aligned(file, Check::Everything).unwrap();
     let options = RunOptions {
         method,
         mode: method.mode(None).unwrap(),
@@ -53,15 +54,14 @@ fn checked(method: &'static Method) -> RunResults {
         check: true,
         truth_cache: None,
     };
-    let gpu = Gpu::open(&GpuOptions {
+    let gpu_options = GpuOptions {
         validation: true,
         ..Default::default()
-    })
-    .expect("HROC_SKIP_GPU=1 skips this");
+    };
+    let gpu = Gpu::open(&gpu_options).expect("HROC_SKIP_GPU=1 skips this");
     run(&gpu, &baked, &options, &ProgressBar::hidden(), &mut |_| {
         Ok(())
     })
-    .unwrap()
 }
 
 #[test]
@@ -69,7 +69,7 @@ fn a_method_that_forgets_objects_fails_the_check() {
     if support::without_gpu() {
         return;
     }
-    let results = checked(&FORGETFUL);
+    let results = checked(&FORGETFUL).unwrap();
     let [wrong_pixels, false_negatives] = results.errors().unwrap();
     assert!(wrong_pixels > 100, "{wrong_pixels}");
     // Only the second room's shell ever shows; at times it is behind the first.
@@ -81,5 +81,24 @@ fn hroc_passes_under_validation() {
     if support::without_gpu() {
         return;
     }
-    assert_eq!(checked(method("hroc").unwrap()).errors(), Some([0, 0]));
+    let results = checked(method("hroc").unwrap()).unwrap();
+    assert_eq!(results.errors(), Some([0, 0]));
+}
+
+#[test]
+fn a_device_without_a_methods_features_is_refused() {
+    if support::without_gpu() {
+        return;
+    }
+    // Never requested, so never there.
+    static DEMANDING: Method = Method {
+        features: wgpu::Features::TEXTURE_COMPRESSION_ETC2,
+        ..FORGETFUL
+    };
+    let error = checked(&DEMANDING).unwrap_err();
+    assert_eq!(error.exit_code(), exit::DEVICE);
+    assert!(
+        error.to_string().contains("needs TEXTURE_COMPRESSION_ETC2"),
+        "{error}"
+    );
 }

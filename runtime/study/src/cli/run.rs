@@ -124,6 +124,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
     let mut outputs = Outputs::open(arguments)?;
     let gpu = Gpu::open(&GpuOptions {
         adapter: arguments.adapter.clone(),
+        features: method.features,
         validation: arguments.validation,
     })?;
 
