@@ -7,32 +7,34 @@
 //! 3. *Observed*: the sets, the images, and the check against the truth.
 //! 4. *Counted*: the method with its work counters on, which slow it down; only where it has any.
 
+mod bench;
+mod frame_sets;
+mod true_frames;
+
 use std::time::Instant;
 
 use hroc_format::{ArchivedScene, BakedScene};
-use hroc_runtime::{
-    Camera, CullingMethod, DepthConvention, FrameContext, FrameUniform, Noc, Scene, StageObserver,
-    Submission, Tree, readback,
-};
+use hroc_runtime::{DepthConvention, Submission, Tree, readback};
 use indicatif::ProgressBar;
 
+use self::bench::Bench;
+use self::frame_sets::FrameSets;
+use self::true_frames::TrueFrames;
 use crate::camera_path::CameraPath;
 use crate::check::FrameCheck;
-use crate::drawer::ObjectDrawer;
 use crate::error::StudyError;
 use crate::frustum::Frustum;
-use crate::gpu::{Gpu, GpuError};
-use crate::gpu_clock::{ClockChoice, GpuClock, GpuStageClock};
+use crate::gpu::Gpu;
+use crate::gpu_clock::{ClockChoice, GpuStageClock};
 use crate::id_set::IdSet;
 use crate::image::{Image, ImageCopy};
-use crate::registry::{Method, Parts, feature_names};
+use crate::registry::Method;
 use crate::results::{
-    AdapterInfo, Counters, Frame, Memory, Paths, RunResults, SCHEMA, SceneInfo, SetSizes,
-    WARM_UP_FRAMES, Warning,
+    AdapterInfo, Frame, Memory, Paths, RunResults, SCHEMA, SceneInfo, WARM_UP_FRAMES, Warning,
 };
 use crate::stage_clock::StageClock;
 use crate::targets::FrameTargets;
-use crate::truth::{TruthCache, TruthKey};
+use crate::truth::TruthCache;
 
 /// What to run.
 #[derive(Debug)]
@@ -153,99 +155,7 @@ fn warnings_of(gpu: &Gpu, scene: &ArchivedScene, options: &RunOptions) -> Vec<Wa
     warnings.into_iter().flatten().collect()
 }
 
-/// A scene on the device, with targets and rendering: what all replays share.
-struct Bench<'a> {
-    gpu: &'a Gpu,
-    baked: &'a BakedScene,
-    options: &'a RunOptions,
-    scene: Scene,
-    tree: Option<Tree>,
-    targets: FrameTargets,
-    drawer: ObjectDrawer,
-    gpu_clock: Option<GpuClock>,
-}
-
-impl<'a> Bench<'a> {
-    fn new(
-        gpu: &'a Gpu,
-        baked: &'a BakedScene,
-        options: &'a RunOptions,
-    ) -> Result<Self, StudyError> {
-        let missing = options.method.features - gpu.device.features();
-        if !missing.is_empty() {
-            return Err(StudyError::Gpu(GpuError::MethodUnfit {
-                method: options.method.name,
-                features: feature_names(missing),
-                adapter: gpu.info.name.clone(),
-            }));
-        }
-        gpu.check_size(options.size)?;
-        let upload_tree = || Tree::upload(&gpu.device, baked.scene(), &options.split);
-        let tree = options.method.uses_tree.then(upload_tree).transpose()?;
-        let scene = Scene::upload(&gpu.device, baked.scene())?;
-        let targets = FrameTargets::new(&gpu.device, options.size);
-        let drawer = ObjectDrawer::new(&gpu.device, &scene, &targets, options.depth);
-        let gpu_clock = GpuClock::choose(gpu, options.clock)?;
-        gpu.check()?;
-        Ok(Self {
-            gpu,
-            baked,
-            options,
-            scene,
-            tree,
-            targets,
-            drawer,
-            gpu_clock,
-        })
-    }
-
-    /// The method, without history.
-    fn method(&self, count_work: bool) -> Result<Box<dyn CullingMethod>, StudyError> {
-        let method = (self.options.method.make)(&Parts {
-            device: &self.gpu.device,
-            queue: &self.gpu.queue,
-            scene: &self.scene,
-            tree: self.tree.as_ref(),
-            depth: self.options.depth,
-            mode: self.options.mode.unwrap_or_default(),
-            count_work,
-        });
-        self.gpu.check()?;
-        Ok(method)
-    }
-
-    fn camera(&self, frame: u32) -> Camera {
-        self.options.path.frame(frame, self.options.frames)
-    }
-
-    fn encode(
-        &mut self,
-        method: &mut dyn CullingMethod,
-        frame: u32,
-        encoder: &mut wgpu::CommandEncoder,
-        observer: Option<&mut dyn StageObserver>,
-    ) -> Result<(), StudyError> {
-        let at = |source| StudyError::Camera { frame, source };
-        let camera = self.camera(frame);
-        let Self { gpu, options, .. } = self;
-        self.drawer
-            .set_camera(&gpu.queue, &camera, options.depth, options.size)
-            .map_err(at)?;
-        let mut context = FrameContext {
-            device: &gpu.device,
-            queue: &gpu.queue,
-            encoder,
-            camera: &camera,
-            targets: self.targets.targets(),
-            // Shortens the lifetime inside the option, which only a direct reference allows.
-            observer: match observer {
-                Some(observer) => Some(observer),
-                None => None,
-            },
-        };
-        method.encode(&mut context, &mut self.drawer).map_err(at)
-    }
-
+impl Bench<'_> {
     /// Fills in `frame_ms`.
     fn replay_timed(
         &mut self,
@@ -313,7 +223,7 @@ impl<'a> Bench<'a> {
         view: &mut dyn FnMut(&FrameView<'_>) -> Result<(), StudyError>,
     ) -> Result<Vec<Warning>, StudyError> {
         let mut method = self.method(false)?;
-        let mut truth = self.options.check.then(|| Truth::new(self));
+        let mut truth = self.options.check.then(|| TrueFrames::new(self));
         for (number, frame) in (0..).zip(frames) {
             // Before the method's own frame, as it is drawn into the same targets.
             let true_image = truth
@@ -341,7 +251,7 @@ impl<'a> Bench<'a> {
             })?;
             progress.inc(1);
         }
-        Ok(truth.map_or_else(Vec::new, Truth::finish))
+        Ok(truth.map_or_else(Vec::new, TrueFrames::finish))
     }
 
     fn check(
@@ -402,135 +312,5 @@ impl<'a> Bench<'a> {
             progress.inc(1);
         }
         Ok(())
-    }
-}
-
-/// The sets of a frame on the host.
-struct FrameSets {
-    potential_occluders: Option<IdSet>,
-    effective_occluders: Option<IdSet>,
-    potentially_visible: Option<IdSet>,
-    group_count: Option<u32>,
-}
-
-impl FrameSets {
-    fn read(gpu: &Gpu, method: &dyn CullingMethod) -> Self {
-        let words = |buffer: &wgpu::Buffer| readback::words(&gpu.device, &gpu.queue, buffer);
-        let set =
-            |buffer: Option<&wgpu::Buffer>| buffer.map(|buffer| IdSet::from_words(words(buffer)));
-        let sets = method.sets();
-        Self {
-            potential_occluders: set(sets.potential_occluders),
-            effective_occluders: set(sets.effective_occluders),
-            potentially_visible: set(sets.potentially_visible),
-            // The second of the indirect arguments: the number of instances.
-            group_count: sets.group_draw.map(|arguments| words(arguments)[1]),
-        }
-    }
-
-    /// V united with U.
-    fn drawn(&self) -> IdSet {
-        let none = IdSet::default();
-        let [v, u] = [&self.potential_occluders, &self.potentially_visible]
-            .map(|set| set.as_ref().unwrap_or(&none));
-        v.union(u)
-    }
-
-    fn describe(&self, scene: &ArchivedScene, visible: &IdSet, frame: &mut Frame) {
-        let len = |set: &Option<IdSet>| set.as_ref().map(IdSet::len);
-        let groups = self.group_count.map(|count| count as usize);
-        frame.sets = SetSizes {
-            v: len(&self.potential_occluders),
-            o: len(&self.effective_occluders),
-            g: groups,
-            u: len(&self.potentially_visible),
-            d: self
-                .potentially_visible
-                .as_ref()
-                .map(|set| set.intersection(visible).len()),
-        };
-        let drawn = self.drawn();
-        let triangles = |id: u32| {
-            let mesh = scene.objects[id as usize].mesh.to_native();
-            u64::from(scene.meshes[mesh as usize].index_count.to_native() / 3)
-        };
-        frame.pvs = Some(drawn.len());
-        frame.counters = Counters {
-            draws: Some(drawn.len() as u64),
-            triangles: Some(drawn.iter().map(triangles).sum()),
-            groups: groups.map(|count| count as u64),
-            boxes_rasterized: groups.map(|count| count as u64),
-            ..Counters::default()
-        };
-    }
-}
-
-/// Makes or finds the truth of each frame.
-struct Truth<'a> {
-    noc: Noc,
-    cache: Option<&'a TruthCache>,
-    key: TruthKey,
-    stored: bool,
-    warning: Option<Warning>,
-}
-
-impl<'a> Truth<'a> {
-    fn new(bench: &Bench<'a>) -> Self {
-        let (gpu, options) = (bench.gpu, bench.options);
-        let info = &gpu.info;
-        let key = TruthKey::new(
-            options.size,
-            &[
-                &xxhash_rust::xxh3::xxh3_128(bench.baked.file_bytes()).to_le_bytes(),
-                ObjectDrawer::wgsl().as_bytes(),
-                options.depth.name().as_bytes(),
-                info.name.as_bytes(),
-                info.driver.as_bytes(),
-                info.driver_info.as_bytes(),
-                info.backend.to_str().as_bytes(),
-            ],
-        );
-        let noc = Noc::new(&gpu.device, &bench.scene, options.depth);
-        Self {
-            noc,
-            cache: options.truth_cache.as_ref(),
-            key,
-            stored: false,
-            warning: None,
-        }
-    }
-
-    fn image(&mut self, bench: &mut Bench<'_>, number: u32) -> Result<Image, StudyError> {
-        let (gpu, options) = (bench.gpu, bench.options);
-        let camera = bench.camera(number);
-        let uniform = FrameUniform::new(&camera, options.depth, options.size, &bench.scene.shape)
-            .map_err(|source| StudyError::Camera {
-            frame: number,
-            source,
-        })?;
-        let frame = bytemuck::bytes_of(&uniform);
-        if let Some(image) = self.cache.and_then(|cache| cache.load(&self.key, frame)) {
-            return Ok(image);
-        }
-        let mut encoder = gpu.encoder();
-        bench.encode(&mut self.noc, number, &mut encoder, None)?;
-        let copy = ImageCopy::record(&gpu.device, &mut encoder, &bench.targets);
-        gpu.submit_and_wait(encoder)?;
-        let image = copy.wait(&gpu.device);
-        // After the first failure there is no point in trying again for every frame.
-        if let (Some(cache), None) = (self.cache, &self.warning) {
-            match cache.store(&self.key, frame, &image) {
-                Ok(()) => self.stored = true,
-                Err(reason) => self.warning = Some(Warning::TruthNotCached { reason }),
-            }
-        }
-        Ok(image)
-    }
-
-    fn finish(self) -> Vec<Warning> {
-        if let (Some(cache), true) = (self.cache, self.stored) {
-            cache.evict();
-        }
-        self.warning.into_iter().collect()
     }
 }

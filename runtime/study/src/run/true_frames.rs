@@ -1,0 +1,87 @@
+//! The truth of each frame of a run.
+
+use hroc_runtime::{FrameUniform, Noc};
+
+use super::bench::Bench;
+use crate::drawer::ObjectDrawer;
+use crate::error::StudyError;
+use crate::image::{Image, ImageCopy};
+use crate::results::Warning;
+use crate::truth::{TruthCache, TruthKey};
+
+/// Makes or finds the truth of each frame.
+pub(super) struct TrueFrames<'a> {
+    noc: Noc,
+    cache: Option<&'a TruthCache>,
+    key: TruthKey,
+    stored: bool,
+    warning: Option<Warning>,
+}
+
+impl<'a> TrueFrames<'a> {
+    /// For the frames of `bench`.
+    pub(super) fn new(bench: &Bench<'a>) -> Self {
+        let (gpu, options) = (bench.gpu, bench.options);
+        let info = &gpu.info;
+        let key = TruthKey::new(
+            options.size,
+            &[
+                &xxhash_rust::xxh3::xxh3_128(bench.baked.file_bytes()).to_le_bytes(),
+                ObjectDrawer::wgsl().as_bytes(),
+                options.depth.name().as_bytes(),
+                info.name.as_bytes(),
+                info.driver.as_bytes(),
+                info.driver_info.as_bytes(),
+                info.backend.to_str().as_bytes(),
+            ],
+        );
+        let noc = Noc::new(&gpu.device, &bench.scene, options.depth);
+        Self {
+            noc,
+            cache: options.truth_cache.as_ref(),
+            key,
+            stored: false,
+            warning: None,
+        }
+    }
+
+    /// The true image of frame `number`; it may be drawn into the targets.
+    pub(super) fn image(
+        &mut self,
+        bench: &mut Bench<'_>,
+        number: u32,
+    ) -> Result<Image, StudyError> {
+        let (gpu, options) = (bench.gpu, bench.options);
+        let camera = bench.camera(number);
+        let uniform = FrameUniform::new(&camera, options.depth, options.size, &bench.scene.shape)
+            .map_err(|source| StudyError::Camera {
+            frame: number,
+            source,
+        })?;
+        let frame = bytemuck::bytes_of(&uniform);
+        if let Some(image) = self.cache.and_then(|cache| cache.load(&self.key, frame)) {
+            return Ok(image);
+        }
+        let mut encoder = gpu.encoder();
+        bench.encode(&mut self.noc, number, &mut encoder, None)?;
+        let copy = ImageCopy::record(&gpu.device, &mut encoder, &bench.targets);
+        gpu.submit_and_wait(encoder)?;
+        let image = copy.wait(&gpu.device);
+        // After the first failure there is no point in trying again for every frame.
+        if let (Some(cache), None) = (self.cache, &self.warning) {
+            match cache.store(&self.key, frame, &image) {
+                Ok(()) => self.stored = true,
+                Err(reason) => self.warning = Some(Warning::TruthNotCached { reason }),
+            }
+        }
+        Ok(image)
+    }
+
+    /// Tidies the cache up and returns what went wrong with it.
+    pub(super) fn finish(self) -> Vec<Warning> {
+        if let (Some(cache), true) = (self.cache, self.stored) {
+            cache.evict();
+        }
+        self.warning.into_iter().collect()
+    }
+}
