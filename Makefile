@@ -2,6 +2,7 @@
 .PHONY: demo test lint bench clean
 .DEFAULT_GOAL := demo
 
+SHELL := bash
 CARGO ?= cargo
 OUT := target/demo
 RELEASE := target/release
@@ -13,8 +14,8 @@ demo:
 	@mkdir -p $(OUT)
 	$(RELEASE)/hroc-bake generate radial-city --scale 0.1 --detail 1 --seed 1 -o $(OUT)/city.glb
 	$(RELEASE)/hroc-bake bake $(OUT)/city.glb -o $(OUT)/city.hroc
-	$(RELEASE)/hroc run $(OUT)/city.hroc --method hroc --mode of --path walk-in --frames 60 --size 640x360 --check \
-		--json $(OUT)/city.json --markdown $(OUT)/city.md --png $(OUT)/city.png
+	set -o pipefail; $(RELEASE)/hroc run $(OUT)/city.hroc --method hroc --mode of --path walk-in --frames 60 --size 640x360 --check \
+		--json $(OUT)/city.json --png $(OUT)/city.png --png-frame 20 | tee $(OUT)/city.md
 	@echo; echo "picture: $(OUT)/city.png"; echo "table:   $(OUT)/city.md"; echo "data:    $(OUT)/city.json"
 
 test:

@@ -80,20 +80,18 @@ impl BatchOcclusionTest {
                 cull_mode: Some(wgpu::Face::Back),
                 ..Default::default()
             },
-            // Attached because a pass needs an attachment; the shader compares.
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: Targets::DEPTH_FORMAT,
-                depth_write_enabled: Some(false),
-                depth_compare: Some(wgpu::CompareFunction::Always),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
+            depth_stencil: None,
             multisample: wgpu::MultisampleState::default(),
             fragment: Some(wgpu::FragmentState {
                 module: &module,
                 entry_point: Some("cast_ray"),
                 compilation_options,
-                targets: &[],
+                // A pass needs an attachment, and the map cannot be one: it is sampled.
+                targets: &[Some(wgpu::ColorTargetState {
+                    format: Targets::ITEM_FORMAT,
+                    blend: None,
+                    write_mask: wgpu::ColorWrites::empty(),
+                })],
             }),
             multiview_mask: None,
             cache: None,
@@ -137,11 +135,15 @@ impl BatchOcclusionTest {
         });
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("batch_occlusion_test"),
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: targets.depth,
-                depth_ops: None,
-                stencil_ops: None,
-            }),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: targets.item_buffer,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Load,
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);
