@@ -828,7 +828,7 @@ fn faults_are_named_with_their_place() {
     );
     fault(
         &|file| file.root["accessors"][0]["componentType"] = json!(1),
-        &[place, "component type 1"],
+        &[place, "unknown component type"],
     );
     fault(
         &|file| file.root["accessors"][1]["componentType"] = json!(FLOAT),
@@ -860,7 +860,7 @@ fn faults_are_named_with_their_place() {
     );
     fault(
         &|file| file.root["meshes"][0]["primitives"][0]["mode"] = json!(9),
-        &["primitive 0", "mode 9"],
+        &["primitive 0", "unknown mode"],
     );
     fault(
         &|file| file.root["meshes"][0]["primitives"][0]["indices"] = json!(9),
@@ -901,6 +901,21 @@ fn faults_are_named_with_their_place() {
         &|file| file.root["asset"]["minVersion"] = json!("2.1"),
         &["2.1"],
     );
+    fault(
+        &|file| file.root["accessors"][0]["type"] = json!("VEC5"),
+        &[place, "unknown type"],
+    );
+    fault(
+        &|file| {
+            file.root["meshes"][0]["primitives"][0]["material"] = json!(0);
+            file.root["materials"] = json!([{ "alphaMode": "FOG" }]);
+        },
+        &["primitive 0, material 0", "unknown alpha mode"],
+    );
+    fault(
+        &|file| file.root["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": 1 }),
+        &["node 0", "EXT_mesh_gpu_instancing"],
+    );
     // Zeros without data are limited.
     fault(
         &|file| {
@@ -932,6 +947,18 @@ fn every_truncation_and_damaged_byte_of_a_glb_is_survived() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn the_container_may_be_longer_than_it_says_but_not_shorter_than_its_header() {
+    let mut glb = File::triangle().glb();
+    glb.extend([7; 5]);
+    assert_eq!(counts(&import_bytes("a.glb", &glb).unwrap()), (1, 1));
+    for length in 0..12u8 {
+        glb[8..12].copy_from_slice(&[length, 0, 0, 0]);
+        let error = import_bytes("a.glb", &glb).unwrap_err().to_string();
+        assert_names(&error, &["a.glb: declares", "less than its header; "]);
     }
 }
 

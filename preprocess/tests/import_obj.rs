@@ -179,8 +179,13 @@ fn faults_name_their_line() {
         ("f 1 2 x", &["line 5", "\"x\"", "not a number"]),
         ("f 1 2 /1", &["line 5", "no position"]),
         ("f 1 2 99999999999999999999", &["line 5"]),
-        ("v 1 2", &["line 5", "3 numbers expected, 2 found"]),
-        ("v 1 2 x", &["line 5", "not numbers"]),
+        ("v 1 2", &["line 5", "position parse error"]),
+        ("v 1 2 x", &["line 5", "position parse error"]),
+        (
+            "vn 1 2 \\\n\nvt 1 \\\n2\nv 1",
+            &["line 5", "normal parse error"],
+        ),
+        ("vn 1 2 \\\n3\n\nv 1", &["line 8", "position parse error"]),
         ("v nan 0 0\nf 1 2 5", &["line 6", "not finite"]),
         ("v 1e39 0 0\nf 1 2 5", &["too large for f32"]),
     ] {

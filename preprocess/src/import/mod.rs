@@ -11,7 +11,6 @@
 mod error;
 mod folder;
 mod gltf;
-mod mtl;
 mod obj;
 
 pub use error::{ImportError, ImportErrorKind};

@@ -2,8 +2,12 @@
 //! are there before any element is read.
 
 use super::buffers::{Buffers, range};
-use super::schema::{Accessor, Root, Sparse, get};
+use super::document::{get, known};
 use super::{ImportError, ImportErrorKind, Result};
+use gltf::json::accessor::sparse::Sparse;
+use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::buffer::View;
+use gltf::json::{Accessor, Index, Root};
 use std::cell::Cell;
 
 /// Elements of an accessor without a buffer view are zero and cost the file nothing; all such
@@ -27,8 +31,8 @@ impl<'a> Accessors<'a> {
     }
 
     /// The declaration of an accessor.
-    pub(super) fn declared(&self, index: usize) -> Result<&'a Accessor> {
-        get(&self.root.accessors, index, "accessor")
+    pub(super) fn declared(&self, index: Index<Accessor>) -> Result<&'a Accessor> {
+        get(self.root, index, "accessor")
     }
 
     /// Bytes of the buffers read so far.
@@ -36,30 +40,30 @@ impl<'a> Accessors<'a> {
         self.buffers.loaded_bytes()
     }
 
-    /// Opens an accessor whose elements have `shape`, such as `"VEC3"`.
-    pub(super) fn open(&self, index: usize, shape: &str) -> Result<Elements<'a>> {
+    /// Opens an accessor whose elements have `shape`.
+    pub(super) fn open(&self, index: Index<Accessor>, shape: Type) -> Result<Elements<'a>> {
         let accessor = self.declared(index)?;
         self.elements(accessor, shape)
             .map_err(|error| error.within(format_args!("accessor {index}")))
     }
 
-    fn elements(&self, accessor: &'a Accessor, shape: &str) -> Result<Elements<'a>> {
-        if accessor.shape != shape {
-            return Err(ImportError::malformed(format!(
-                "is of type {:?}, not {shape}",
-                accessor.shape
-            )));
+    fn elements(&self, accessor: &'a Accessor, shape: Type) -> Result<Elements<'a>> {
+        let declared = known(accessor.type_, "type")?;
+        if declared != shape {
+            let what = format!("is of type {}, not {}", name(declared), name(shape));
+            return Err(ImportError::malformed(what));
         }
-        let component = Component::of(accessor.component_type)?;
-        let size = component.size() * lane_count(shape);
-        let count = usize::try_from(accessor.count).unwrap_or(usize::MAX);
+        let component = known(accessor.component_type, "component type")?.0;
+        let size = component.size() * shape.multiplicity();
+        let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
+        let offset = accessor.byte_offset.unwrap_or_default().0;
         let base = match accessor.buffer_view {
-            Some(view) => Some(self.strided(view, accessor.byte_offset, count, size)?),
+            Some(view) => Some(self.strided(view, offset, count, size)?),
             None => {
                 let left = self
                     .zeros_left
                     .get()
-                    .checked_sub(accessor.count)
+                    .checked_sub(accessor.count.0)
                     .ok_or_else(|| {
                         let what =
                             format!("more than {MAX_ZEROS} elements without data in the file");
@@ -85,7 +89,13 @@ impl<'a> Accessors<'a> {
     }
 
     /// `count` elements of `size` bytes in a buffer view.
-    fn strided(&self, view: usize, offset: u64, count: usize, size: usize) -> Result<Strided<'a>> {
+    fn strided(
+        &self,
+        view: Index<View>,
+        offset: u64,
+        count: usize,
+        size: usize,
+    ) -> Result<Strided<'a>> {
         let (bytes, stride) = self.buffers.view(view)?;
         let stride = stride.filter(|&stride| stride != 0).unwrap_or(size);
         if stride < size {
@@ -115,23 +125,22 @@ impl<'a> Accessors<'a> {
 
     /// The elements that a sparse accessor replaces (section 3.6.2.3).
     fn overrides(&self, sparse: &Sparse, count: usize, size: usize) -> Result<Overrides<'a>> {
-        let replaced = usize::try_from(sparse.count).unwrap_or(usize::MAX);
-        let component = Component::of(sparse.indices.component_type)?;
-        let size_of_index = component.size();
+        let replaced = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
+        let component = known(sparse.indices.component_type, "component type")?.0;
         let indices = self.strided(
             sparse.indices.buffer_view,
-            sparse.indices.byte_offset,
+            sparse.indices.byte_offset.0,
             replaced,
-            size_of_index,
+            component.size(),
         )?;
         let values = self.strided(
             sparse.values.buffer_view,
-            sparse.values.byte_offset,
+            sparse.values.byte_offset.0,
             replaced,
             size,
         )?;
         let indices: Vec<u32> = (0..replaced)
-            .map(|i| component.index(indices.at(i)))
+            .map(|i| uint(component, indices.at(i)))
             .collect::<Result<_>>()?;
         let ascending = indices.is_sorted_by(|a, b| a < b);
         if !ascending || indices.last().is_some_and(|&last| last as usize >= count) {
@@ -166,7 +175,7 @@ pub(super) struct Elements<'a> {
     overrides: Option<Overrides<'a>>,
     count: usize,
     size: usize,
-    component: Component,
+    component: ComponentType,
     normalized: bool,
 }
 
@@ -183,7 +192,7 @@ impl Elements<'_> {
             Some(bytes) => {
                 let size = self.component.size();
                 std::array::from_fn(|lane| {
-                    self.component.float(&bytes[lane * size..], self.normalized)
+                    float(self.component, &bytes[lane * size..], self.normalized)
                 })
             }
             None => [0.0; N],
@@ -194,7 +203,7 @@ impl Elements<'_> {
     pub(super) fn indices(&self) -> Result<Vec<u32>> {
         let index = |i| {
             self.bytes(i)
-                .map_or(Ok(0), |bytes| self.component.index(bytes))
+                .map_or(Ok(0), |bytes| uint(self.component, bytes))
         };
         (0..self.count).map(index).collect()
     }
@@ -207,7 +216,7 @@ impl Elements<'_> {
                 .iter_mut()
                 .zip(bytes.chunks_exact(self.component.size()))
             {
-                *lane = self.component.index(bytes)?;
+                *lane = uint(self.component, bytes)?;
             }
         }
         Ok(lanes)
@@ -227,76 +236,36 @@ impl Elements<'_> {
     }
 }
 
-/// Component types (section 3.6.2.2).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Component {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
+/// A type as it stands in the JSON.
+fn name(shape: Type) -> String {
+    format!("{shape:?}").to_uppercase()
 }
 
-impl Component {
-    fn of(code: u32) -> Result<Self> {
-        match code {
-            5120 => Ok(Self::I8),
-            5121 => Ok(Self::U8),
-            5122 => Ok(Self::I16),
-            5123 => Ok(Self::U16),
-            5125 => Ok(Self::U32),
-            5126 => Ok(Self::F32),
-            _ => Err(ImportError::malformed(format!(
-                "unknown component type {code}"
-            ))),
-        }
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
-    }
-
-    fn float(self, bytes: &[u8], normalized: bool) -> f32 {
-        let value = match self {
-            Self::I8 => f32::from(bytes[0] as i8),
-            Self::U8 => f32::from(bytes[0]),
-            Self::I16 => f32::from(i16::from_le_bytes([bytes[0], bytes[1]])),
-            Self::U16 => f32::from(u16::from_le_bytes([bytes[0], bytes[1]])),
-            Self::U32 => u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as f32,
-            Self::F32 => f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
-        };
-        match self {
-            _ if !normalized => value,
-            Self::I8 => (value / 127.0).max(-1.0),
-            Self::U8 => value / 255.0,
-            Self::I16 => (value / 32767.0).max(-1.0),
-            Self::U16 => value / 65535.0,
-            Self::U32 | Self::F32 => value,
-        }
-    }
-
-    fn index(self, bytes: &[u8]) -> Result<u32> {
-        match self {
-            Self::U8 => Ok(u32::from(bytes[0])),
-            Self::U16 => Ok(u32::from(u16::from_le_bytes([bytes[0], bytes[1]]))),
-            Self::U32 => Ok(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])),
-            _ => Err(ImportError::malformed("indices must be unsigned integers")),
-        }
+/// A component as section 3.6.2.2 converts it.
+fn float(component: ComponentType, bytes: &[u8], normalized: bool) -> f32 {
+    let value = match component {
+        ComponentType::I8 => f32::from(bytes[0] as i8),
+        ComponentType::U8 => f32::from(bytes[0]),
+        ComponentType::I16 => f32::from(i16::from_le_bytes([bytes[0], bytes[1]])),
+        ComponentType::U16 => f32::from(u16::from_le_bytes([bytes[0], bytes[1]])),
+        ComponentType::U32 => u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as f32,
+        ComponentType::F32 => f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
+    };
+    match component {
+        _ if !normalized => value,
+        ComponentType::I8 => (value / 127.0).max(-1.0),
+        ComponentType::U8 => value / 255.0,
+        ComponentType::I16 => (value / 32767.0).max(-1.0),
+        ComponentType::U16 => value / 65535.0,
+        ComponentType::U32 | ComponentType::F32 => value,
     }
 }
 
-/// Components per element. Matrices whose columns would need padding are not read.
-fn lane_count(shape: &str) -> usize {
-    match shape {
-        "VEC2" => 2,
-        "VEC3" => 3,
-        "VEC4" => 4,
-        "MAT4" => 16,
-        _ => 1,
+fn uint(component: ComponentType, bytes: &[u8]) -> Result<u32> {
+    match component {
+        ComponentType::U8 => Ok(u32::from(bytes[0])),
+        ComponentType::U16 => Ok(u32::from(u16::from_le_bytes([bytes[0], bytes[1]]))),
+        ComponentType::U32 => Ok(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])),
+        _ => Err(ImportError::malformed("indices must be unsigned integers")),
     }
 }

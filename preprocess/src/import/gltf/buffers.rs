@@ -2,9 +2,12 @@
 //! the scene, or decompressed. Each is loaded when first asked for, so what only images or animations
 //! use may be missing.
 
-use super::schema::{Root, get};
-use super::{ImportError, Result, meshopt};
+use super::document::get;
+use super::meshopt::{self, Meshopt};
+use super::{ImportError, Result, extensions};
 use crate::import::folder::{Folder, base64_decode, percent_decode};
+use gltf::json::buffer::{Buffer, View};
+use gltf::json::{Index, Root};
 use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::ops::Range;
@@ -32,33 +35,38 @@ impl<'a> Buffers<'a> {
     }
 
     /// The bytes of a buffer view and their stride, where it declares one.
-    pub(super) fn view(&self, index: usize) -> Result<(&[u8], Option<usize>)> {
+    pub(super) fn view(&self, index: Index<View>) -> Result<(&[u8], Option<usize>)> {
         self.find_view(index)
             .map_err(|error| error.within(format_args!("buffer view {index}")))
     }
 
-    fn find_view(&self, index: usize) -> Result<(&[u8], Option<usize>)> {
-        let view = get(&self.root.buffer_views, index, "buffer view")?;
-        let Some(compressed) = view.extensions.meshopt() else {
-            let bytes = self.slice(view.buffer, view.byte_offset, view.byte_length)?;
-            return Ok((bytes, view.byte_stride.map(clamp)));
+    fn find_view(&self, index: Index<View>) -> Result<(&[u8], Option<usize>)> {
+        let view = get(self.root, index, "buffer view")?;
+        let compressed = match &view.extensions {
+            Some(extensions) => extensions::read::<Meshopt>(&extensions.others, meshopt::NAMES)?,
+            None => None,
         };
-        let bytes = get_or_try_init(&self.decompressed[index], || {
+        let Some(compressed) = compressed else {
+            let offset = view.byte_offset.unwrap_or_default().0;
+            let bytes = self.slice(view.buffer, offset, view.byte_length.0)?;
+            return Ok((bytes, view.byte_stride.map(|stride| stride.0)));
+        };
+        let bytes = get_or_try_init(&self.decompressed[index.value()], || {
             let slice = self.slice(
                 compressed.buffer,
                 compressed.byte_offset,
                 compressed.byte_length,
             )?;
-            meshopt::decompress(compressed, slice)
+            meshopt::decompress(&compressed, slice)
                 .map_err(|error| error.within("meshopt compression"))
         })?;
         Ok((bytes, Some(clamp(compressed.byte_stride))))
     }
 
-    fn slice(&self, buffer: usize, offset: u64, length: u64) -> Result<&[u8]> {
+    fn slice(&self, buffer: Index<Buffer>, offset: u64, length: u64) -> Result<&[u8]> {
         let place = || format!("buffer {buffer}");
-        let declared = get(&self.root.buffers, buffer, "buffer")?.byte_length;
-        let bytes = get_or_try_init(&self.loaded[buffer], || self.load(buffer))
+        let declared = get(self.root, buffer, "buffer")?.byte_length.0;
+        let bytes = get_or_try_init(&self.loaded[buffer.value()], || self.load(buffer.value()))
             .map_err(|error| error.within(place()))?;
         range(offset, length, clamp(declared).min(bytes.len()))
             .map(|range| &bytes[range])
@@ -79,8 +87,8 @@ impl<'a> Buffers<'a> {
             (None, _) => return Err(ImportError::malformed("has no data")),
             (Some(uri), _) => Cow::Owned(self.resolve(uri)?),
         };
-        if (bytes.len() as u64) < buffer.byte_length {
-            let declared = buffer.byte_length;
+        let declared = buffer.byte_length.0;
+        if (bytes.len() as u64) < declared {
             return Err(ImportError::malformed(format!(
                 "declares {declared} bytes, has {}",
                 bytes.len()

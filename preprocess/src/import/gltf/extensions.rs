@@ -1,7 +1,9 @@
 //! Which required extensions a bake can honour, which it may ignore and which it must refuse.
 
-use super::schema::Root;
 use super::{ImportError, ImportErrorKind, Result};
+use gltf::json::Root;
+use serde::Deserialize;
+use serde_json::{Map, Value};
 
 /// Implemented here. Draco is not: a primitive that has no other data is refused by name, one that
 /// also has plain accessors is read from those.
@@ -45,6 +47,23 @@ const NO_GEOMETRY: &[&str] = &[
     "OMI_",
     "VRMC_",
 ];
+
+/// One extension of an object, which the `gltf` crate keeps as it stands in the JSON; of several
+/// names for the same content the first one that is there counts.
+pub(super) fn read<'a, T: Deserialize<'a>>(
+    extensions: &'a Map<String, Value>,
+    names: &[&str],
+) -> Result<Option<T>> {
+    let found = names
+        .iter()
+        .find_map(|name| Some((name, extensions.get(*name)?)));
+    found
+        .map(|(name, value)| {
+            T::deserialize(value)
+                .map_err(|error| ImportError::malformed(error.to_string()).within(name))
+        })
+        .transpose()
+}
 
 /// Refuses glTF 1 and versions that say they are no longer readable as 2.0 (section 3.2).
 pub(super) fn check_version(root: &Root) -> Result<()> {

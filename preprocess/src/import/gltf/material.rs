@@ -1,8 +1,10 @@
 //! What a bake keeps of a material (section 3.9): base colour, alpha mode, sidedness.
 
-use super::schema::{Root, get};
-use super::{ImportError, Result};
+use super::Result;
+use super::document::{get, known};
 use crate::scene::AlphaMode;
+use gltf::json::material::{self, Material};
+use gltf::json::{Index, Root};
 
 #[derive(Clone, Copy)]
 pub(super) struct Look {
@@ -13,7 +15,7 @@ pub(super) struct Look {
 }
 
 /// The look of a primitive's material; the default material is white, opaque and single-sided.
-pub(super) fn look(root: &Root, material: Option<usize>) -> Result<Look> {
+pub(super) fn look(root: &Root, material: Option<Index<Material>>) -> Result<Look> {
     let Some(index) = material else {
         return Ok(Look {
             base_color: [1.0; 4],
@@ -21,25 +23,23 @@ pub(super) fn look(root: &Root, material: Option<usize>) -> Result<Look> {
             double_sided: false,
         });
     };
-    let material = get(&root.materials, index, "material")?;
-    let diffuse = material
+    let material = get(root, index, "material")?;
+    let specular = material
         .extensions
-        .specular_glossiness
         .as_ref()
-        .map(|look| look.diffuse_factor);
-    let factor = diffuse.unwrap_or(material.pbr_metallic_roughness.base_color_factor);
-    let alpha = match material.alpha_mode.as_deref() {
-        None | Some("OPAQUE") => AlphaMode::Opaque,
-        Some("MASK") => AlphaMode::Masked,
-        Some("BLEND") => AlphaMode::Blended,
-        Some(mode) => {
-            let what = format!("unknown alpha mode {mode:?}");
-            return Err(ImportError::malformed(what).within(format_args!("material {index}")));
-        }
-    };
+        .and_then(|extensions| extensions.pbr_specular_glossiness.as_ref());
+    let alpha = known(material.alpha_mode, "alpha mode")
+        .map_err(|error| error.within(format_args!("material {index}")))?;
     Ok(Look {
-        base_color: factor.unwrap_or([1.0; 4]),
-        alpha,
+        base_color: match specular {
+            Some(specular) => specular.diffuse_factor.0,
+            None => material.pbr_metallic_roughness.base_color_factor.0,
+        },
+        alpha: match alpha {
+            material::AlphaMode::Opaque => AlphaMode::Opaque,
+            material::AlphaMode::Mask => AlphaMode::Masked,
+            material::AlphaMode::Blend => AlphaMode::Blended,
+        },
         double_sided: material.double_sided,
     })
 }

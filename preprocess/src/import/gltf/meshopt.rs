@@ -3,9 +3,27 @@
 //! The C++ decoders are made for untrusted input as long as the destination has the size they are
 //! told and the element sizes are legal, which is all checked here before a call.
 
-use super::schema::Meshopt;
 use super::{ImportError, ImportErrorKind, Result};
+use gltf::json::Index;
+use gltf::json::buffer::Buffer;
 use meshopt::ffi;
+use serde::Deserialize;
+
+/// Both have the same members and, where both are given, the same data.
+pub(super) const NAMES: &[&str] = &["KHR_meshopt_compression", "EXT_meshopt_compression"];
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Meshopt {
+    pub(super) buffer: Index<Buffer>,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) byte_length: u64,
+    pub(super) byte_stride: u64,
+    count: u64,
+    mode: String,
+    filter: Option<String>,
+}
 
 /// No codec writes more bytes than this per byte it reads: the vertex codec's best case spends, on a
 /// block of 256 elements, one control byte per 4 byte channels, 1024 bytes of output.

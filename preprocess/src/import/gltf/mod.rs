@@ -1,18 +1,22 @@
 //! glTF 2.0, text and binary: geometry, transforms, base colours and cameras. Images are never read.
 //!
-//! Own reading of the JSON ([`schema`]) and of accessors ([`accessor`]), since the `gltf` crate keeps
-//! transforms in f32, panics on data that passes its validation and refuses every required extension
-//! it does not know. Section numbers are those of the glTF 2.0 specification.
+//! Container and JSON are the `gltf` crate's: [`gltf::Glb`] and the types of [`gltf::json`]. The views
+//! of its `Document` and its accessor iterators are not used. They take every index and every size for
+//! checked, but `Document::from_json` looks neither at buffers nor at cycles, itself panics on a wrong
+//! POSITION index, and refuses legal files: every required extension it does not know, accessors
+//! without a buffer view, any fault in what a bake never reads. So each index is looked up where it is
+//! used, by [`document::get`], which names the place, and each size is checked in [`accessor`].
+//!
+//! Section numbers are those of the glTF 2.0 specification.
 
 mod accessor;
 mod buffers;
-mod container;
+mod document;
 mod extensions;
 mod material;
 mod meshopt;
 mod nodes;
 mod primitive;
-mod schema;
 mod skin;
 
 use super::error::{ImportError, ImportErrorKind, Result};
@@ -21,17 +25,18 @@ use super::{Import, MAX_OBJECTS};
 use crate::scene::{SourceCamera, SourceObject};
 use accessor::Accessors;
 use buffers::Buffers;
-use container::Glb;
+use document::{Document, get};
 use glam::DAffine3;
+use gltf::Glb;
+use gltf::json::{Camera, Index, Node, Root};
 use primitive::{Primitives, Skipped};
-use schema::{Node, Root};
 use std::path::Path;
 
 /// File name extensions of glTF.
 pub(super) const EXTENSIONS: [&str; 2] = ["glb", "gltf"];
 
 pub(super) fn is_glb(_: &Path, bytes: &[u8]) -> bool {
-    bytes.starts_with(container::MAGIC)
+    bytes.starts_with(b"glTF")
 }
 
 /// A JSON object is taken for glTF whatever its name.
@@ -40,8 +45,24 @@ pub(super) fn is_gltf(_: &Path, bytes: &[u8]) -> bool {
 }
 
 pub(super) fn import_glb(import: &mut Import<'_>) -> Result<()> {
-    let glb = Glb::parse(import.bytes)?;
-    import_document(import, glb.json, glb.bin)
+    let bytes = import.bytes;
+    let Some(header) = bytes.first_chunk::<12>() else {
+        return Err(ImportError::malformed(format!(
+            "the file ends within its header: {} of 12 bytes",
+            bytes.len()
+        )));
+    };
+    // The crate subtracts the header's 12 bytes from the declared length without a check, and takes
+    // bytes behind the declared end for chunks.
+    let length = u32::from_le_bytes([header[8], header[9], header[10], header[11]]) as usize;
+    if length < header.len() {
+        return Err(ImportError::malformed(format!(
+            "declares {length} bytes, less than its header"
+        )));
+    }
+    let glb = Glb::from_slice(&bytes[..length.min(bytes.len())])
+        .map_err(|error| ImportError::malformed(format!("is not binary glTF 2.0: {error}")))?;
+    import_document(import, &glb.json, glb.bin.as_deref())
 }
 
 pub(super) fn import_gltf(import: &mut Import<'_>) -> Result<()> {
@@ -54,23 +75,23 @@ fn without_bom(bytes: &[u8]) -> &[u8] {
 }
 
 fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> Result<()> {
-    let root: Root = serde_json::from_slice(json)
-        .map_err(|error| ImportError::malformed(format!("the JSON is not glTF 2.0: {error}")))?;
-    extensions::check_version(&root)?;
-    for name in extensions::check_required(&root)? {
+    let document = Document::parse(json)?;
+    let root = &document.root;
+    extensions::check_version(root)?;
+    for name in extensions::check_required(root)? {
         import.warn(format_args!(
             "{name} is required by the file, but does not touch geometry; ignored"
         ));
     }
-    let buffers = Buffers::new(&root, bin, Folder::of(import.path));
-    let accessors = Accessors::new(&root, &buffers);
+    let buffers = Buffers::new(root, bin, Folder::of(import.path));
+    let accessors = Accessors::new(root, &buffers);
     let mut drawing = Drawing {
-        root: &root,
+        root,
         primitives: Primitives::new(accessors, import.options),
         skipped: Skipped::default(),
         unskinned: 0,
     };
-    let placed = nodes::place(&root)?;
+    let placed = nodes::place(&document)?;
     if root.scenes.is_empty() && !root.nodes.is_empty() {
         import.warn("the file has no scene; all its root nodes are taken");
     }
@@ -116,16 +137,13 @@ impl Drawing<'_> {
         let Some(mesh_index) = node.mesh else {
             return Ok(());
         };
-        let mesh = schema::get(&self.root.meshes, mesh_index, "mesh")?;
-        let place = || named("mesh", mesh_index, &mesh.name);
+        let mesh = get(self.root, mesh_index, "mesh")?;
+        let place = || named("mesh", mesh_index.value(), &mesh.name);
 
         let skin = self.skin(placed, node)?;
-        let instances = match (&node.extensions.gpu_instancing, &skin) {
-            (Some(instancing), None) => Some(
-                nodes::instances(self.primitives.accessors(), instancing)
-                    .map_err(|error| error.within("EXT_mesh_gpu_instancing"))?,
-            ),
-            _ => None,
+        let instances = match skin {
+            None => self.instances(node)?,
+            Some(_) => None,
         };
         let weights = node.weights.as_ref().or(mesh.weights.as_ref());
 
@@ -194,14 +212,26 @@ impl Drawing<'_> {
         Ok(())
     }
 
+    /// The transforms of a node's instances; `None` for a node that is drawn once.
+    fn instances(&self, node: &Node) -> Result<Option<Vec<DAffine3>>> {
+        const NAME: &str = "EXT_mesh_gpu_instancing";
+        let Some(extensions) = &node.extensions else {
+            return Ok(None);
+        };
+        extensions::read(&extensions.others, &[NAME])?
+            .map(|instancing| nodes::instances(self.primitives.accessors(), &instancing))
+            .transpose()
+            .map_err(|error| error.within(NAME))
+    }
+
     /// The joint matrices of a skinned node; `None` for others and where the skin cannot be applied.
     fn skin(&mut self, placed: &nodes::Placed, node: &Node) -> Result<Option<skin::Joints>> {
         let Some(index) = node.skin else {
             return Ok(None);
         };
-        let skin = schema::get(&self.root.skins, index, "skin")?;
+        let skin = get(self.root, index, "skin")?;
         let joints = skin::joints(self.primitives.accessors(), skin, placed)
-            .map_err(|error| error.within(named("skin", index, &skin.name)))?;
+            .map_err(|error| error.within(named("skin", index.value(), &skin.name)))?;
         self.unskinned += usize::from(joints.is_none());
         Ok(joints)
     }
@@ -210,22 +240,29 @@ impl Drawing<'_> {
         &self,
         import: &mut Import<'_>,
         node: &Node,
-        index: usize,
+        index: Index<Camera>,
         world_from_node: DAffine3,
     ) -> Result<()> {
-        let camera = schema::get(&self.root.cameras, index, "camera")?;
+        let camera = get(self.root, index, "camera")?;
         let name = [&node.name, &camera.name]
             .into_iter()
             .flatten()
             .find(|name| !name.is_empty());
+        let (perspective, orthographic) =
+            (camera.perspective.as_ref(), camera.orthographic.as_ref());
+        let (near, far) = match (perspective, orthographic) {
+            (Some(lens), _) => (lens.znear, lens.zfar.unwrap_or(f32::INFINITY)),
+            (None, Some(lens)) => (lens.znear, lens.zfar),
+            (None, None) => (0.0, 0.0),
+        };
         let source = SourceCamera {
             name: name.cloned().unwrap_or_default(),
             position: world_from_node.translation,
             orientation: nodes::rotation(&world_from_node),
-            fov_y_rad: camera.perspective.as_ref().map_or(0.0, |lens| lens.yfov),
-            half_height: camera.orthographic.as_ref().map_or(0.0, |lens| lens.ymag),
-            near: camera.near(),
-            far: camera.far(),
+            fov_y_rad: perspective.map_or(0.0, |lens| lens.yfov),
+            half_height: orthographic.map_or(0.0, |lens| lens.ymag),
+            near,
+            far,
         };
         if source.is_usable() {
             import.scene.cameras.push(source);

@@ -1,9 +1,19 @@
 //! The node hierarchy (section 3.5): world transforms in f64, depth first, without recursion.
 
 use super::accessor::Accessors;
-use super::schema::{GpuInstancing, Node, Root, get};
+use super::document::{Document, Transform, get};
 use super::{ImportError, ImportErrorKind, MAX_OBJECTS, Result};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+use gltf::json::accessor::Type;
+use gltf::json::{Accessor, Index, Node};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// `EXT_mesh_gpu_instancing`.
+#[derive(Deserialize)]
+pub(super) struct GpuInstancing {
+    attributes: BTreeMap<String, Index<Accessor>>,
+}
 
 /// The nodes of the drawn scene.
 pub(super) struct Placed {
@@ -14,50 +24,56 @@ pub(super) struct Placed {
 }
 
 /// Places the nodes of the default scene, else of the first one, else all roots.
-pub(super) fn place(root: &Root) -> Result<Placed> {
+pub(super) fn place(document: &Document) -> Result<Placed> {
+    let root = &document.root;
     let nodes = &root.nodes;
     let roots = match (root.scene, root.scenes.first()) {
-        (Some(index), _) => get(&root.scenes, index, "scene")?.nodes.clone(),
+        (Some(index), _) => get(root, index, "scene")?.nodes.clone(),
         (None, Some(scene)) => scene.nodes.clone(),
         (None, None) => {
             let mut is_root = vec![true; nodes.len()];
-            let children = nodes.iter().flat_map(|node| &node.children);
-            children.for_each(|&child| {
-                if let Some(is_root) = is_root.get_mut(child) {
+            let children = nodes.iter().flat_map(|node| node.children.iter().flatten());
+            children.for_each(|child| {
+                if let Some(is_root) = is_root.get_mut(child.value()) {
                     *is_root = false
                 }
             });
-            (0..nodes.len()).filter(|&node| is_root[node]).collect()
+            let roots = (0u32..).zip(is_root).filter(|(_, is_root)| *is_root);
+            roots.map(|(node, _)| Index::new(node)).collect()
         }
     };
     let mut placed = Placed {
         drawn: Vec::new(),
         world_from_node: vec![None; nodes.len()],
     };
-    let mut waiting: Vec<(usize, DAffine3)> = roots
+    let mut waiting: Vec<(Index<Node>, DAffine3)> = roots
         .iter()
         .rev()
         .map(|&node| (node, DAffine3::IDENTITY))
         .collect();
     // Every node expands at most once, so the loop ends whatever the file says about its children.
     while let Some((index, world_from_parent)) = waiting.pop() {
-        let node = get(nodes, index, "node")?;
+        let node = get(root, index, "node")?;
         let fault = |what: &str| ImportError::malformed(what).within(format_args!("node {index}"));
-        if placed.world_from_node[index].is_some() {
+        let place = &mut placed.world_from_node[index.value()];
+        if place.is_some() {
             return Err(fault(
                 "is reached twice: it has several parents, or is its own ancestor",
             ));
         }
-        let world_from_node =
-            world_from_parent * local(node).ok_or_else(|| fault("its matrix is not affine"))?;
+        // Both lists come from the same JSON array.
+        let parent_from_node = local(&document.transforms[index.value()]);
+        let world_from_node = world_from_parent
+            * parent_from_node.ok_or_else(|| fault("its matrix is not affine"))?;
         if !world_from_node.is_finite() {
             return Err(fault("its transform is not finite"));
         }
-        placed.world_from_node[index] = Some(world_from_node);
-        placed.drawn.push((index, world_from_node));
+        *place = Some(world_from_node);
+        placed.drawn.push((index.value(), world_from_node));
         waiting.extend(
             node.children
                 .iter()
+                .flatten()
                 .rev()
                 .map(|&child| (child, world_from_node)),
         );
@@ -66,7 +82,7 @@ pub(super) fn place(root: &Root) -> Result<Placed> {
 }
 
 /// The node's transform within its parent; `None` for a projective matrix.
-fn local(node: &Node) -> Option<DAffine3> {
+fn local(node: &Transform) -> Option<DAffine3> {
     if let Some(matrix) = &node.matrix {
         let matrix = DMat4::from_cols_array(matrix);
         let affine = matrix.row(3).abs_diff_eq(glam::DVec4::W, 1e-6);
@@ -110,15 +126,15 @@ pub(super) fn instances(
     accessors: &Accessors<'_>,
     instancing: &GpuInstancing,
 ) -> Result<Vec<DAffine3>> {
-    let open = |name: &str, shape: &str| {
+    let open = |name: &str, shape: Type| {
         let accessor = instancing.attributes.get(name);
         accessor
             .map(|&accessor| accessors.open(accessor, shape))
             .transpose()
     };
-    let translation = open("TRANSLATION", "VEC3")?;
-    let rotation = open("ROTATION", "VEC4")?;
-    let scale = open("SCALE", "VEC3")?;
+    let translation = open("TRANSLATION", Type::Vec3)?;
+    let rotation = open("ROTATION", Type::Vec4)?;
+    let scale = open("SCALE", Type::Vec3)?;
     let mut counts = [&translation, &rotation, &scale]
         .into_iter()
         .flatten()

@@ -2,12 +2,16 @@
 //! the vertices it uses.
 
 use super::accessor::{Accessors, Elements};
-use super::schema::{Attributes, Primitive};
+use super::document::known;
 use super::skin::{Joints, Weights};
 use super::{ImportError, ImportErrorKind, Result};
 use crate::import::ImportOptions;
 use crate::scene::SourceMesh;
 use glam::Vec3;
+use gltf::json::accessor::Type;
+use gltf::json::mesh::{MorphTarget, Primitive, Semantic};
+use gltf::json::validation::Checked;
+use gltf::json::{Accessor, Index};
 use std::collections::HashMap;
 
 /// Meshes may take this many bytes, and [`MAX_EXPANSION`] times those of the buffers they come from:
@@ -20,7 +24,7 @@ const MAX_EXPANSION: u64 = 256;
 #[derive(Clone, Copy)]
 pub(super) struct Deform<'a> {
     /// Default weights of the morph targets.
-    pub(super) weights: Option<&'a Vec<f64>>,
+    pub(super) weights: Option<&'a Vec<f32>>,
     /// The node and its joints.
     pub(super) skin: Option<(usize, &'a Joints)>,
 }
@@ -68,16 +72,19 @@ impl Skipped {
     }
 }
 
+/// Weight bits, POSITION and NORMAL of a morph target.
+type Target = (u32, Option<Index<Accessor>>, Option<Index<Accessor>>);
+
 /// What decides a mesh: primitives that agree in it share one, wherever the file lists them.
 #[derive(PartialEq, Eq, Hash)]
 struct Key {
-    position: usize,
-    normal: Option<usize>,
-    uv: Option<usize>,
-    indices: Option<usize>,
+    position: Index<Accessor>,
+    normal: Option<Index<Accessor>>,
+    uv: Option<Index<Accessor>>,
+    indices: Option<Index<Accessor>>,
     mode: u32,
-    /// Weight bits, POSITION and NORMAL of each morph target in use.
-    targets: Vec<(u64, Option<usize>, Option<usize>)>,
+    /// The morph targets in use.
+    targets: Vec<Target>,
     /// The node, for a skinned primitive.
     node: Option<usize>,
 }
@@ -113,50 +120,49 @@ impl<'a> Primitives<'a> {
         meshes: &mut Vec<SourceMesh>,
         skipped: &mut Skipped,
     ) -> Result<Option<usize>> {
-        match primitive.mode {
+        let mode = known(primitive.mode, "mode")?.as_gl_enum();
+        match mode {
             0 => skipped.points += 1,
             1..=3 => skipped.lines += 1,
-            4..=6 => {}
-            mode => return Err(ImportError::malformed(format!("unknown mode {mode}"))),
+            _ => {}
         }
-        if primitive.mode < 4 {
+        if mode < 4 {
             return Ok(None);
         }
-        let attribute = |name: &str| primitive.attributes.get(name).copied();
-        let Some(position) = attribute("POSITION") else {
+        let attribute = |semantic| attribute(primitive, semantic);
+        let Some(position) = attribute(Semantic::Positions) else {
             skipped.without_positions += 1;
             return Ok(None);
         };
         self.refuse_draco(primitive, position)?;
 
         let targets = targets(primitive, deform.weights);
-        skipped.morphed += usize::from(!primitive.targets.is_empty());
+        skipped.morphed += usize::from(
+            primitive
+                .targets
+                .as_ref()
+                .is_some_and(|targets| !targets.is_empty()),
+        );
         let skin = deform
             .skin
-            .filter(|_| primitive.attributes.contains_key("JOINTS_0"));
+            .filter(|_| attribute(Semantic::Joints(0)).is_some());
         skipped.skinned += usize::from(skin.is_some());
         let key = Key {
             position,
-            normal: attribute("NORMAL").filter(|_| self.options.normals),
-            uv: attribute("TEXCOORD_0").filter(|_| self.options.uvs),
+            normal: attribute(Semantic::Normals).filter(|_| self.options.normals),
+            uv: attribute(Semantic::TexCoords(0)).filter(|_| self.options.uvs),
             indices: primitive.indices,
-            mode: primitive.mode,
+            mode,
             targets: targets
                 .iter()
-                .map(|(weight, target)| {
-                    (
-                        weight.to_bits(),
-                        target.get("POSITION").copied(),
-                        target.get("NORMAL").copied(),
-                    )
-                })
+                .map(|(weight, target)| (weight.to_bits(), target.positions, target.normals))
                 .collect(),
             node: skin.map(|(node, _)| node),
         };
         if let Some(&mesh) = self.read.get(&key) {
             return Ok(Some(mesh));
         }
-        let Some(mesh) = self.mesh(&key, &targets, skin, &primitive.attributes, skipped)? else {
+        let Some(mesh) = self.mesh(&key, &targets, skin, primitive, skipped)? else {
             return Ok(None);
         };
         self.mesh_bytes += mesh.byte_count();
@@ -172,16 +178,19 @@ impl<'a> Primitives<'a> {
     }
 
     /// A primitive may carry plain data beside Draco's; without it nothing can be read.
-    fn refuse_draco(&self, primitive: &Primitive, position: usize) -> Result<()> {
-        let plain = |accessor: usize| {
+    fn refuse_draco(&self, primitive: &Primitive, position: Index<Accessor>) -> Result<()> {
+        const DRACO: &str = "KHR_draco_mesh_compression";
+        let plain = |accessor| {
             let accessor = self.accessors.declared(accessor)?;
             Ok(accessor.buffer_view.is_some() || accessor.sparse.is_some())
         };
         let has_plain = plain(position)? && primitive.indices.map_or(Ok(true), plain)?;
-        if primitive.extensions.draco.is_none() || has_plain {
+        let extensions = primitive.extensions.as_ref();
+        let is_draco = extensions.is_some_and(|extensions| extensions.others.contains_key(DRACO));
+        if !is_draco || has_plain {
             return Ok(());
         }
-        let what = "is compressed with KHR_draco_mesh_compression, which is not supported";
+        let what = format!("is compressed with {DRACO}, which is not supported");
         Err(ImportError::new(ImportErrorKind::Unsupported, what)
             .next("decompress it, for instance with `gltf-transform copy IN OUT`"))
     }
@@ -189,16 +198,16 @@ impl<'a> Primitives<'a> {
     fn mesh(
         &self,
         key: &Key,
-        targets: &[(f64, &Attributes)],
+        targets: &[(f32, &MorphTarget)],
         skin: Option<(usize, &Joints)>,
-        attributes: &Attributes,
+        primitive: &Primitive,
         skipped: &mut Skipped,
     ) -> Result<Option<SourceMesh>> {
-        let positions = self.accessors.open(key.position, "VEC3")?;
+        let positions = self.accessors.open(key.position, Type::Vec3)?;
         let vertex_count = positions.count();
         let elements = match key.indices {
             Some(accessor) => {
-                let indices = self.accessors.open(accessor, "SCALAR")?;
+                let indices = self.accessors.open(accessor, Type::Scalar)?;
                 indices
                     .indices()
                     .map_err(|error| error.within(format_args!("accessor {accessor}")))?
@@ -227,7 +236,7 @@ impl<'a> Primitives<'a> {
             indices,
             ..Default::default()
         };
-        let parallel = |accessor: usize, shape: &str| {
+        let parallel = |accessor: Index<Accessor>, shape: Type| {
             let elements = self.accessors.open(accessor, shape)?;
             if elements.count() == vertex_count {
                 return Ok(elements);
@@ -239,39 +248,33 @@ impl<'a> Primitives<'a> {
             Err(ImportError::malformed(what).within(format_args!("accessor {accessor}")))
         };
         if let Some(normal) = key.normal {
-            mesh.normals = gather(&parallel(normal, "VEC3")?, &used);
+            mesh.normals = gather(&parallel(normal, Type::Vec3)?, &used);
         }
         if let Some(uv) = key.uv {
-            mesh.uvs = gather(&parallel(uv, "VEC2")?, &used);
+            mesh.uvs = gather(&parallel(uv, Type::Vec2)?, &used);
         }
         for (weight, target) in targets {
-            if let Some(&accessor) = target.get("POSITION") {
-                displace(
-                    &mut mesh.positions,
-                    &parallel(accessor, "VEC3")?,
-                    &used,
-                    *weight,
-                );
+            if let Some(accessor) = target.positions {
+                let by = parallel(accessor, Type::Vec3)?;
+                displace(&mut mesh.positions, &by, &used, *weight);
             }
-            if let Some(&accessor) = target.get("NORMAL") {
-                displace(
-                    &mut mesh.normals,
-                    &parallel(accessor, "VEC3")?,
-                    &used,
-                    *weight,
-                );
+            if let Some(accessor) = target.normals {
+                let by = parallel(accessor, Type::Vec3)?;
+                displace(&mut mesh.normals, &by, &used, *weight);
             }
         }
         if let Some((_, joints)) = skin {
             let mut weights = Vec::new();
             for set in 0.. {
-                let get = |name: &str| attributes.get(&format!("{name}_{set}")).copied();
-                let (Some(joint), Some(weight)) = (get("JOINTS"), get("WEIGHTS")) else {
+                let (Some(joint), Some(weight)) = (
+                    attribute(primitive, Semantic::Joints(set)),
+                    attribute(primitive, Semantic::Weights(set)),
+                ) else {
                     break;
                 };
                 weights.push(Weights {
-                    joints: parallel(joint, "VEC4")?,
-                    weights: parallel(weight, "VEC4")?,
+                    joints: parallel(joint, Type::Vec4)?,
+                    weights: parallel(weight, Type::Vec4)?,
                 });
             }
             joints.apply(&mut mesh, &weights, &used)?;
@@ -281,7 +284,7 @@ impl<'a> Primitives<'a> {
 }
 
 /// Checks positions and makes normals unit vectors.
-fn finish(mut mesh: SourceMesh, position: usize) -> Result<SourceMesh> {
+fn finish(mut mesh: SourceMesh, position: Index<Accessor>) -> Result<SourceMesh> {
     if let Some(vertex) = mesh
         .positions
         .iter()
@@ -302,19 +305,28 @@ fn finish(mut mesh: SourceMesh, position: usize) -> Result<SourceMesh> {
     Ok(mesh)
 }
 
+/// The accessor of an attribute.
+fn attribute(primitive: &Primitive, semantic: Semantic) -> Option<Index<Accessor>> {
+    let semantic = Checked::Valid(semantic);
+    primitive.attributes.get(&semantic).copied()
+}
+
 /// The morph targets that the default weights put to use.
-fn targets<'a>(primitive: &'a Primitive, weights: Option<&Vec<f64>>) -> Vec<(f64, &'a Attributes)> {
-    let weights = weights.map(Vec::as_slice).unwrap_or_default();
-    let used = weights.iter().copied().zip(&primitive.targets);
+fn targets<'a>(
+    primitive: &'a Primitive,
+    weights: Option<&Vec<f32>>,
+) -> Vec<(f32, &'a MorphTarget)> {
+    let weights = weights.into_iter().flatten().copied();
+    let used = weights.zip(primitive.targets.iter().flatten());
     used.filter(|(weight, _)| *weight != 0.0 && weight.is_finite())
         .collect()
 }
 
-fn displace(vectors: &mut [[f32; 3]], by: &Elements<'_>, used: &[u32], weight: f64) {
+fn displace(vectors: &mut [[f32; 3]], by: &Elements<'_>, used: &[u32], weight: f32) {
     for (vector, &vertex) in vectors.iter_mut().zip(used) {
         let by: [f32; 3] = by.floats(vertex as usize);
         *vector = std::array::from_fn(|axis| {
-            (f64::from(vector[axis]) + weight * f64::from(by[axis])) as f32
+            (f64::from(vector[axis]) + f64::from(weight) * f64::from(by[axis])) as f32
         });
     }
 }

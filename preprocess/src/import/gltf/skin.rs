@@ -3,10 +3,11 @@
 
 use super::accessor::{Accessors, Elements};
 use super::nodes::Placed;
-use super::schema::Skin;
 use super::{ImportError, Result};
 use crate::scene::SourceMesh;
 use glam::{DAffine3, DMat3, DMat4, DVec3};
+use gltf::json::accessor::Type;
+use gltf::json::{Index, Node, Skin};
 
 /// World from the space the mesh was bound in, per joint.
 pub(super) struct Joints(Vec<DAffine3>);
@@ -25,7 +26,7 @@ pub(super) fn joints(
 ) -> Result<Option<Joints>> {
     let inverse_bind = skin
         .inverse_bind_matrices
-        .map(|accessor| accessors.open(accessor, "MAT4"));
+        .map(|accessor| accessors.open(accessor, Type::Mat4));
     let inverse_bind = inverse_bind.transpose()?;
     if inverse_bind
         .as_ref()
@@ -35,7 +36,7 @@ pub(super) fn joints(
             "has fewer inverse bind matrices than joints",
         ));
     }
-    let joint = |(number, &node): (usize, &usize)| {
+    let joint = |(number, node): (usize, &Index<Node>)| {
         let joint_from_mesh = inverse_bind
             .as_ref()
             .map_or(DAffine3::IDENTITY, |matrices| {
@@ -43,7 +44,7 @@ pub(super) fn joints(
                     &matrices.floats::<16>(number).map(f64::from),
                 ))
             });
-        Some((*placed.world_from_node.get(node)?)? * joint_from_mesh)
+        Some((*placed.world_from_node.get(node.value())?)? * joint_from_mesh)
     };
     let joints: Option<Vec<DAffine3>> = skin.joints.iter().enumerate().map(joint).collect();
     Ok(joints.filter(|joints| !joints.is_empty()).map(Joints))
