@@ -60,8 +60,15 @@ pub(super) fn import_glb(import: &mut Import<'_>) -> Result<()> {
             "declares {length} bytes, less than its header"
         )));
     }
-    let glb = Glb::from_slice(&bytes[..length.min(bytes.len())])
-        .map_err(|error| ImportError::malformed(format!("is not binary glTF 2.0: {error}")))?;
+    let glb = Glb::from_slice(&bytes[..length.min(bytes.len())]).map_err(|error| {
+        let what = match error {
+            gltf::Error::Binary(gltf::binary::Error::Io(_)) => {
+                "it ends within a chunk's header".into()
+            }
+            error => error.to_string(),
+        };
+        ImportError::malformed(format!("is not binary glTF 2.0: {what}"))
+    })?;
     import_document(import, &glb.json, glb.bin.as_deref())
 }
 

@@ -31,7 +31,10 @@ pub(super) struct Cleaned {
 
 pub(super) fn clean(bytes: &[u8], options: ImportOptions) -> Result<Cleaned> {
     let mut cleaner = Cleaner {
-        cleaned: Cleaned::default(),
+        cleaned: Cleaned {
+            text: String::with_capacity(bytes.len()),
+            ..Default::default()
+        },
         options,
         counts: [0; 3],
         not_finite: HashSet::new(),

@@ -1,6 +1,6 @@
 //! Wavefront OBJ. An object is all faces of one `o`, one `g` and one `usemtl`, wherever they stand.
 //!
-//! `tobj` reads a cleaned copy of the file ([`clean`]), in f64: where the model lies far from its own
+//! `tobj` reads a cleaned copy of the file ([`mod@clean`]), in f64: where the model lies far from its own
 //! origin, as surveyed sites do, its centre goes to the objects' transform and the vertices stay exact
 //! to f32 of the model's extent.
 
@@ -35,7 +35,7 @@ pub(super) fn import(import: &mut Import<'_>) -> Result<()> {
     // The last of one name counts.
     let materials: HashMap<&str, &tobj::Material> = materials
         .iter()
-        .map(|material| (material.name.as_str(), material))
+        .map(|material| (mtl::name(material), material))
         .collect();
 
     let origin = origin(&models);

@@ -4,8 +4,9 @@ use crate::scene::AlphaMode;
 use std::fmt::Write;
 
 /// Copies what a bake uses of a library, as `tobj` 4.0.5 expects it: that panics on a colour of fewer
-/// than three numbers and gives up a whole library for one bad line. What cannot be read is left at its
-/// default: a look is not worth a failed bake.
+/// than three numbers and gives up a whole library for one bad line, such as the empty name that some
+/// exporters write. So every name gets a `=` in front, for [`name`] to take away. What cannot be read
+/// is left at its default: a look is not worth a failed bake.
 pub(super) fn clean(library: &str, text: &mut String) {
     for line in library.lines().map(str::trim) {
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
@@ -15,7 +16,8 @@ pub(super) fn clean(library: &str, text: &mut String) {
             .map_while(|word| word.parse::<f64>().ok());
         // Writing to a string cannot fail.
         let _ = match (keyword, numbers.next()) {
-            ("newmtl" | "map_d", _) if !rest.is_empty() => writeln!(text, "{keyword} {rest}"),
+            ("newmtl", _) => writeln!(text, "newmtl ={rest}"),
+            ("map_d", _) => writeln!(text, "map_d ={rest}"),
             // One number stands for all three channels.
             ("Kd", Some(red)) => {
                 let (green, blue) = (numbers.next(), numbers.next());
@@ -27,6 +29,11 @@ pub(super) fn clean(library: &str, text: &mut String) {
             _ => Ok(()),
         };
     }
+}
+
+/// A material's name in its library.
+pub(super) fn name(material: &tobj::Material) -> &str {
+    material.name.strip_prefix('=').unwrap_or_default()
 }
 
 /// Base colour, taken as linear since the format does not say, and the use of alpha.
@@ -52,14 +59,19 @@ mod tests {
     fn colours_and_opacities_are_read_and_nonsense_is_not() {
         let mut text = String::new();
         clean(
-            "Kd 1 1 1\nnewmtl a b\n Kd .5\nnewmtl c\nKd 0.1 0.2 x\nd 0.5\nnewmtl e\nTr 0.25\nd\nKd\nnewmtl\nmap_d",
+            "Kd 1 1 1\nnewmtl a b\n Kd .5\nnewmtl c\nKd 0.1 0.2 x\nd 0.5\nnewmtl e\nTr 0.25\nd\nKd\nnewmtl \nmap_d",
             &mut text,
         );
-        let (materials, of_name) = tobj::load_mtl_buf(&mut text.as_bytes()).unwrap();
-        assert_eq!(materials.len(), 3);
-        let look = |name: &str| look(Some(&materials[of_name[name]]));
-        assert_eq!(look("a b"), ([0.5, 0.5, 0.5, 1.0], AlphaMode::Opaque));
-        assert_eq!(look("c"), ([0.1, 0.2, 0.1, 0.5], AlphaMode::Blended));
-        assert_eq!(look("e").0, [1.0, 1.0, 1.0, 0.75]);
+        let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).unwrap();
+        let found: Vec<_> = materials.iter().map(|m| (name(m), look(Some(m)))).collect();
+        assert_eq!(
+            found,
+            [
+                ("a b", ([0.5, 0.5, 0.5, 1.0], AlphaMode::Opaque)),
+                ("c", ([0.1, 0.2, 0.1, 0.5], AlphaMode::Blended)),
+                ("e", ([1.0, 1.0, 1.0, 0.75], AlphaMode::Blended)),
+                ("", ([1.0; 4], AlphaMode::Masked)),
+            ]
+        );
     }
 }
