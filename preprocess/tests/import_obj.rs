@@ -89,6 +89,12 @@ fn continued_lines_foreign_bytes_and_line_ends_are_read() {
 }
 
 #[test]
+fn a_statement_may_go_on_for_a_million_lines() {
+    let scene = obj(&format!("{QUAD}f 1 2{} 3\n", " \\\n".repeat(1_000_000)));
+    assert_eq!(scene.meshes[0].indices, [0, 1, 2]);
+}
+
+#[test]
 fn points_lines_and_curves_are_counted_in_warnings() {
     let scene = obj(&format!(
         "{QUAD}p 1\nl 1 2 3 4\nf 1 2\nf 1\ncurv 0 1 1 2\nf 1 2 3\n"

@@ -46,10 +46,15 @@ pub(super) fn clean(bytes: &[u8], options: ImportOptions) -> Result<Cleaned> {
     while let Some((number, line)) = lines.next() {
         let mut line = String::from_utf8_lossy(line);
         let mut continued = 0;
-        // A backslash before the line's end continues it.
+        // A backslash before the line's end continues it. Any number of lines may do so: what was
+        // joined is neither copied nor looked through again.
         while let Some(start) = line.trim_end().strip_suffix('\\') {
+            let end = start.trim_end().len();
             let Some((_, next)) = lines.next() else { break };
-            line = format!("{start} {}", String::from_utf8_lossy(next)).into();
+            let line = line.to_mut();
+            line.truncate(end);
+            line.push(' ');
+            line.push_str(&String::from_utf8_lossy(next));
             continued += 1;
         }
         cleaner
