@@ -13,6 +13,7 @@ pub(crate) struct TestBuffers<'a> {
     pub potential_occluders: &'a wgpu::Buffer,
     pub potentially_visible: &'a wgpu::Buffer,
     pub work: &'a wgpu::Buffer,
+    pub grouping: &'a wgpu::Buffer,
 }
 
 /// Pipeline and bindings of one view.
@@ -36,7 +37,7 @@ impl BatchOcclusionTest {
             device,
             "batch_occlusion_test",
             wgpu::ShaderStages::VERTEX_FRAGMENT,
-            &[Uniform, Read, Read, Read, ReadWrite, ReadWrite],
+            &[Uniform, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite],
         );
         let map_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("occlusion_map"),
@@ -108,6 +109,7 @@ impl BatchOcclusionTest {
                 b.potential_occluders,
                 b.potentially_visible,
                 b.work,
+                b.grouping,
             ],
         );
         Self {

@@ -15,7 +15,7 @@
 use crate::batch_occlusion_test::{BatchOcclusionTest, TestBuffers};
 use crate::camera::{CameraError, DepthConvention};
 use crate::draw::{Draw, Drawer, Submission};
-use crate::extract_groups::{ExtractBuffers, ExtractGroups};
+use crate::extract_groups::{ExtractBuffers, ExtractGroups, Grouping};
 use crate::filter_occluders::FilterOccluders;
 use crate::frame_uniform::FrameUniform;
 use crate::gpu;
@@ -25,10 +25,12 @@ use crate::scene::{Scene, SceneShape, Tree, bytes_of};
 use crate::stage::Stage;
 
 /// What an [`Hroc`] is made with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HrocOptions {
     /// How the host's depth target is used.
     pub depth: DepthConvention,
+    /// How coarse the occludee groups are.
+    pub grouping: Grouping,
     /// Counts rays and ray-box tests (see [`Sets::work`]). Costs time; for measuring work, not speed.
     pub count_work: bool,
     /// How draw lists are submitted; `None`: the best the device offers.
@@ -50,6 +52,7 @@ pub struct Hroc {
     groups: wgpu::Buffer,
     group_draw: wgpu::Buffer,
     work: wgpu::Buffer,
+    grouping: wgpu::Buffer,
     count_work: bool,
     occluder_list: PackedList,
     occludee_list: PackedList,
@@ -95,6 +98,7 @@ impl Hroc {
         );
         let group_draw = gpu::storage(device, "group_draw", 16, wgpu::BufferUsages::INDIRECT);
         let work = gpu::storage(device, "work", 16, none);
+        let grouping = gpu::storage(device, "grouping", 16, none);
 
         let submission = options
             .submission
@@ -109,6 +113,7 @@ impl Hroc {
             potentially_visible: &potentially_visible,
             groups: &groups,
             group_draw: &group_draw,
+            grouping: &grouping,
         };
         let test_buffers = TestBuffers {
             frame: &frame,
@@ -117,8 +122,15 @@ impl Hroc {
             potential_occluders: &potential_occluders,
             potentially_visible: &potentially_visible,
             work: &work,
+            grouping: &grouping,
         };
-        let extract = ExtractGroups::new(device, options.depth, shape, &extract_buffers);
+        let extract = ExtractGroups::new(
+            device,
+            options.depth,
+            options.grouping,
+            shape,
+            &extract_buffers,
+        );
         extract.initialize(queue);
         Self {
             occluder_list: PackedList::new(device, &pack, scene, &potential_occluders, submission),
@@ -138,6 +150,7 @@ impl Hroc {
             groups,
             group_draw,
             work,
+            grouping,
             count_work: options.count_work,
         }
     }
@@ -227,6 +240,7 @@ impl CullingMethod for Hroc {
             group_draw: Some(&self.group_draw),
             groups: Some(&self.groups),
             work: self.count_work.then_some(&self.work),
+            grouping: Some(&self.grouping),
         }
     }
 
@@ -252,6 +266,7 @@ impl CullingMethod for Hroc {
             &self.groups,
             &self.group_draw,
             &self.work,
+            &self.grouping,
         ];
         sets.iter()
             .chain(&others)

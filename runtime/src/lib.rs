@@ -27,6 +27,7 @@ pub mod twin;
 
 pub use camera::{Camera, CameraError, DepthConvention, Projection};
 pub use draw::{Draw, DrawList, Drawer, Submission, Targets};
+pub use extract_groups::Grouping;
 pub use frame_uniform::FrameUniform;
 pub use hroc::{Hroc, HrocOptions};
 pub use method::{CullingMethod, FrameContext, HostSync, Sets};

@@ -63,6 +63,8 @@ pub struct Sets<'a> {
     /// `WorkCounters` of batch_occlusion_test.wgsl: rays, ray-box tests, fragments. Only of an
     /// instrumented method.
     pub work: Option<&'a wgpu::Buffer>,
+    /// `Grouping` of common/grouping.wgsl; the first word is the f32 threshold of the frame's groups.
+    pub grouping: Option<&'a wgpu::Buffer>,
 }
 
 /// A culling method with the history of one view. Make one per view.

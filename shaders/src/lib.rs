@@ -19,6 +19,7 @@ modules! {
     "common/types",
     "common/frame",
     "common/bounds",
+    "common/grouping",
     "object",
     "pack",
     "filter_occluders",

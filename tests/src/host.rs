@@ -83,6 +83,8 @@ pub struct Frame {
     pub groups: Vec<u32>,
     /// Rays, ray-box tests, fragments; zeros unless counted.
     pub work: [u32; 3],
+    /// The threshold of adaptive grouping, pixels.
+    pub largest_group_px: f32,
 }
 
 impl Frame {
@@ -298,6 +300,9 @@ impl<'g> Host<'g> {
             group_count,
             groups,
             work: [work[0], work[1], work[2]],
+            largest_group_px: sets.grouping.map_or(0.0, |buffer| {
+                f32::from_bits(readback::words(device, queue, buffer)[0])
+            }),
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use glam::{DVec3, DVec4};
 use hroc_runtime::{
-    CullingMethod, DepthConvention, Hroc, HrocOptions, Noc, Projection, Submission,
+    CullingMethod, DepthConvention, Grouping, Hroc, HrocOptions, Noc, Projection, Submission,
 };
 use hroc_tests::host::{Difference, Host, World, difference};
 use hroc_tests::{Gpu, gpu, scenes};
@@ -17,20 +17,25 @@ fn methods(
 ) -> Vec<(String, Box<dyn CullingMethod>)> {
     let mut methods: Vec<(String, Box<dyn CullingMethod>)> = Vec::new();
     for tree in &world.trees {
-        for submission in [
-            Submission::of(gpu.device.features()),
-            Submission::ZeroedTail,
+        // Each tree once with each submission and grouping, in two combinations.
+        for (submission, grouping) in [
+            (Submission::of(gpu.device.features()), Grouping::default()),
+            (Submission::ZeroedTail, Grouping::Published),
         ] {
             let options = HrocOptions {
                 depth,
+                grouping,
                 submission: Some(submission),
                 ..Default::default()
             };
             let hroc = Hroc::new(&gpu.device, &gpu.queue, &world.scene, tree, options);
-            methods.push((
-                format!("hroc {} {}", tree.split, submission.name()),
-                Box::new(hroc),
-            ));
+            let name = format!(
+                "hroc {} {} {}",
+                tree.split,
+                submission.name(),
+                grouping.name()
+            );
+            methods.push((name, Box::new(hroc)));
         }
     }
     methods

@@ -62,6 +62,35 @@ pub fn touches_near(frame: &FrameUniform, b: Box3) -> bool {
     nearest_along(Vec4::from(frame.planes[4]), b) <= 0.0
 }
 
+/// Pixels of the screen rectangle round a box that does not touch the near plane.
+pub fn screen_area(frame: &FrameUniform, b: Box3) -> f32 {
+    let columns = frame.clip_from_world.map(Vec4::from);
+    let size = b.max - b.min;
+    let base = columns[0] * b.min.x + columns[1] * b.min.y + columns[2] * b.min.z + columns[3];
+    let edges = [
+        columns[0] * size.x,
+        columns[1] * size.y,
+        columns[2] * size.z,
+    ];
+    let (mut lo, mut hi) = (Vec2::ONE, Vec2::NEG_ONE);
+    for corner in 0..8 {
+        let mut clip = base;
+        for (axis, edge) in edges.into_iter().enumerate() {
+            clip += if corner >> axis & 1 == 1 {
+                edge
+            } else {
+                Vec4::ZERO
+            };
+        }
+        let ndc = clip.xy() / clip.w;
+        lo = lo.min(ndc);
+        hi = hi.max(ndc);
+    }
+    let pixels = Vec2::new(frame.size[0] as f32, frame.size[1] as f32);
+    let extent = (hi.min(Vec2::ONE) - lo.max(Vec2::NEG_ONE)).max(Vec2::ZERO) * 0.5 * pixels;
+    extent.x * extent.y
+}
+
 /// The ray through a fragment's position (pixels, y down).
 pub fn pixel_ray(frame: &FrameUniform, position: Vec2) -> Ray {
     let v = Vec3::from;

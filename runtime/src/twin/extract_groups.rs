@@ -2,7 +2,7 @@
 
 use hroc_format::{ArchivedBvhNode, NO_OBJECT};
 
-use super::bounds::{in_frustum, padded, touches_near};
+use super::bounds::{Box3, in_frustum, padded, screen_area, touches_near};
 use super::{contains, insert};
 use crate::frame_uniform::FrameUniform;
 
@@ -28,12 +28,14 @@ pub struct Groups {
     pub untested: Vec<u32>,
 }
 
-/// Runs the stage on sets of one bit per object.
+/// Runs the stage on sets of one bit per object. `largest_group_px` is the frame's threshold of adaptive
+/// grouping.
 pub fn extract_groups(
     frame: &FrameUniform,
     tree: TreeView<'_>,
     potential_occluders: &[u32],
     effective_occluders: &[u32],
+    largest_group_px: f32,
 ) -> Groups {
     let mut visible_nodes = vec![0; tree.nodes.len().div_ceil(32)];
     for object in crate::readback::members_of(effective_occluders) {
@@ -50,6 +52,7 @@ pub fn extract_groups(
             node.max.map(|x| x.to_native()),
         )
     };
+    let refine = |b: Box3| touches_near(frame, b) || screen_area(frame, b) > largest_group_px;
     let mut groups = Vec::new();
     let mut untested = vec![0; potential_occluders.len()];
     for n in 0..tree.nodes.len() as u32 {
@@ -57,19 +60,21 @@ pub fn extract_groups(
             continue;
         }
         let parent = tree.parents[n as usize];
-        if n != 0 && !contains(&visible_nodes, parent) && !touches_near(frame, box_of(parent)) {
+        if n != 0 && !contains(&visible_nodes, parent) && !refine(box_of(parent)) {
             continue;
         }
         let b = box_of(n);
         if !in_frustum(frame, b) {
             continue;
         }
-        if !touches_near(frame, b) {
-            groups.push(n);
-            continue;
-        }
         let object = tree.nodes[n as usize].object.to_native();
-        if object != NO_OBJECT && !contains(potential_occluders, object) {
+        if object == NO_OBJECT {
+            if !refine(b) {
+                groups.push(n);
+            }
+        } else if !touches_near(frame, b) {
+            groups.push(n);
+        } else if !contains(potential_occluders, object) {
             insert(&mut untested, object);
         }
     }

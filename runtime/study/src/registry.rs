@@ -1,7 +1,7 @@
 //! Every culling method that the study can run. A new method is one entry of [`METHODS`].
 
 use hroc_runtime::{
-    CullingMethod, DepthConvention, HostSync, Hroc, HrocOptions, Noc, Scene, Tree, device,
+    CullingMethod, DepthConvention, Grouping, HostSync, Hroc, HrocOptions, Noc, Scene, Tree, device,
 };
 use wgpu::Features;
 
@@ -20,6 +20,8 @@ pub struct Parts<'a> {
     pub depth: DepthConvention,
     /// One of the method's [`modes`](Method::modes); empty where it has none.
     pub mode: &'a str,
+    /// How coarse the groups are, for a method that groups.
+    pub grouping: Grouping,
     /// Counts work where the method can, see [`hroc_runtime::Sets::work`].
     pub count_work: bool,
 }
@@ -91,6 +93,7 @@ pub const METHODS: &[Method] = &[
         make: |parts| {
             let options = HrocOptions {
                 depth: parts.depth,
+                grouping: parts.grouping,
                 count_work: parts.count_work,
                 ..HrocOptions::default()
             };

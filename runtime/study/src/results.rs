@@ -19,6 +19,8 @@ pub struct RunResults {
     pub method: String,
     /// `None` for a method without modes.
     pub mode: Option<String>,
+    /// `published` or `adaptive`; `None` for a method without groups.
+    pub grouping: Option<String>,
     /// `None` for a method that reads no tree.
     pub split: Option<String>,
     /// Width and height, pixels.
@@ -58,7 +60,7 @@ pub struct AdapterInfo {
 pub struct Paths {
     /// How draw lists were submitted: `indirect-count` or `zeroed-tail`.
     pub submission: String,
-    /// What tells visible objects from hidden ones: `item-buffer`.
+    /// How bounds are held against the occlusion map: `sampled`, in the shader.
     pub early_z: String,
     /// The clock of `stages_ms`: `gpu` or `wall`. `frame_ms` is always the host's.
     pub clock: String,
@@ -243,6 +245,7 @@ pub(crate) mod tests {
             },
             method: "hroc".into(),
             mode: Some("of".into()),
+            grouping: Some("adaptive".into()),
             split: Some("sah".into()),
             size: [64, 36],
             frames: 6,
@@ -293,7 +296,7 @@ pub(crate) mod tests {
         for (at, expected) in [
             (
                 "",
-                "schema scene method mode split size frames depth adapter paths memory_bytes warnings per_frame",
+                "schema scene method mode grouping split size frames depth adapter paths memory_bytes warnings per_frame",
             ),
             ("/scene", "name objects triangles file_bytes"),
             ("/adapter", "name driver backend"),

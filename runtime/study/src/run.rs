@@ -14,7 +14,7 @@ mod true_frames;
 use std::time::Instant;
 
 use hroc_format::{ArchivedScene, BakedScene};
-use hroc_runtime::{DepthConvention, Submission, Tree, readback};
+use hroc_runtime::{DepthConvention, Grouping, Submission, Tree, readback};
 use indicatif::ProgressBar;
 
 use self::bench::Bench;
@@ -43,6 +43,8 @@ pub struct RunOptions {
     pub method: &'static Method,
     /// One of its modes, if it has any.
     pub mode: Option<&'static str>,
+    /// How coarse the groups are, for a method that groups.
+    pub grouping: Grouping,
     /// The split rule of the tree, for a method that reads one.
     pub split: String,
     /// Where the frames are seen from.
@@ -114,6 +116,7 @@ pub fn run(
         },
         method: options.method.name.to_owned(),
         mode: options.mode.map(str::to_owned),
+        grouping: (options.method.uses_tree).then(|| options.grouping.name().to_owned()),
         split: options.method.uses_tree.then(|| options.split.clone()),
         size: options.size,
         frames: options.frames,
@@ -127,7 +130,7 @@ pub fn run(
         },
         paths: Paths {
             submission: Submission::of(gpu.device.features()).name().to_owned(),
-            early_z: "item-buffer".to_owned(),
+            early_z: "sampled".to_owned(),
             clock: if bench.gpu_clock.is_some() {
                 "gpu"
             } else {

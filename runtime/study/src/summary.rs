@@ -6,7 +6,7 @@ use crate::table::markdown;
 /// Markdown: what ran, a table of averages and percentiles over the steady frames, the warnings.
 pub fn markdown_summary(results: &RunResults) -> String {
     let [width, height] = results.size;
-    let options = [&results.mode, &results.split]
+    let options = [&results.mode, &results.grouping, &results.split]
         .into_iter()
         .flatten()
         .map(|option| format!(" {option}"));

@@ -45,6 +45,7 @@ fn checked(method: &'static Method) -> Result<RunResults, StudyError> {
     let options = RunOptions {
         method,
         mode: method.mode(None).unwrap(),
+        grouping: hroc_runtime::Grouping::default(),
         split: "sah".into(),
         path: orbit(baked.scene()),
         frames: 5,

@@ -1,5 +1,6 @@
 //!import common/types
 //!import common/bounds
+//!import common/grouping
 // batch_occlusion_test: rasterize the groups' padded bounds; each fragment that the occlusion map does not
 // hide casts a ray into its group and flags every object whose padded bounds the ray meets in front of
 // the map (paper, section 3.3; the limit by the map's depth is ours).
@@ -22,6 +23,7 @@ struct WorkCounters {
 @group(0) @binding(3) var<storage, read> potential_occluders: array<u32>;
 @group(0) @binding(4) var<storage, read_write> potentially_visible: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> work: WorkCounters;
+@group(0) @binding(6) var<storage, read_write> grouping: Grouping;
 @group(1) @binding(0) var occlusion_map: texture_depth_2d;
 
 struct BoxVertex {
@@ -68,6 +70,13 @@ fn cast_ray(fragment: BoxVertex) {
             }
         }
         n++;
+    }
+    // One pixel of 256 tells the next frame how coarse its groups should be.
+    if (all((vec2u(fragment.position.xy) & vec2u(15u)) == vec2u(5u))) {
+        atomicAdd(&grouping.fragments, 1u);
+        if (survived) {
+            atomicAdd(&grouping.survivors, 1u);
+        }
     }
     if (COUNT_WORK) {
         atomicAdd(&work.fragments, 1u);

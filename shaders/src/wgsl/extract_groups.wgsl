@@ -1,10 +1,12 @@
 //!import common/types
 //!import common/bounds
+//!import common/grouping
 // extract_groups: from the effective occluders to the occludee groups (paper, section 3.2), in the
 // order-free form. First every ancestor of an effective occluder becomes visible; then
 //   group(n) = unknown(n) and not refine(n) and (n is the root or visible(parent) or refine(parent)),
-// where refine(n) holds for interior nodes whose padded bounds touch the near plane: they are replaced
-// by their children. Walking down from the topmost unknown ancestor of any leaf, the first node that is
+// where refine(n) holds for interior nodes whose padded bounds touch the near plane, and, in adaptive
+// grouping, for those that cover more of the screen than pays: both are replaced by their children (the
+// paper's "adaptive grouping", left there as future work). Walking down from the topmost unknown ancestor of any leaf, the first node that is
 // not refined is a group, so every leaf that was not drawn lies in one. Twin: runtime/src/twin/extract_groups.rs.
 
 struct GroupDraw {
@@ -24,6 +26,35 @@ struct GroupDraw {
 @group(0) @binding(7) var<storage, read_write> potentially_visible: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read_write> groups: array<u32>;
 @group(0) @binding(9) var<storage, read_write> group_draw: GroupDraw;
+@group(0) @binding(10) var<storage, read_write> grouping: Grouping;
+
+// Adaptive grouping: the cost of rasterizing one more box, in ray-box tests. 0: the paper's grouping.
+override BOX_COST: f32 = 256.0;
+const SMALLEST_THRESHOLD_PX: f32 = 16.0;
+const LARGEST_THRESHOLD_PX: f32 = 1e9;
+
+// One invocation: the threshold that balances boxes against rays. Splitting a group costs one more box and
+// saves, of its A pixels, the two child tests of the share p that survives: it pays where A > b / (2 p).
+// p is last frame's share; the threshold moves halfway (in ratio), and not at all for small differences,
+// so that it comes to rest under a still camera.
+@compute @workgroup_size(1)
+fn choose_threshold() {
+    let fragments = atomicExchange(&grouping.fragments, 0u);
+    let survivors = atomicExchange(&grouping.survivors, 0u);
+    var threshold = grouping.largest_group_px;
+    if (BOX_COST == 0.0) {
+        threshold = LARGEST_THRESHOLD_PX;
+    } else if (fragments > 0u) {
+        let share = (f32(survivors) + 0.5) / f32(fragments);
+        let wanted = clamp(BOX_COST / (2.0 * share), SMALLEST_THRESHOLD_PX, LARGEST_THRESHOLD_PX);
+        let before = select(threshold, wanted, threshold == 0.0);
+        let ratio = wanted / before;
+        threshold = select(before, sqrt(before * wanted), ratio > 2.0 || ratio < 0.5);
+    } else if (threshold == 0.0) {
+        threshold = 16.0 * BOX_COST;
+    }
+    grouping.largest_group_px = threshold;
+}
 
 // One invocation per object: climb until an ancestor was already visible.
 @compute @workgroup_size(64)
@@ -49,6 +80,11 @@ fn is_visible(n: u32) -> bool {
     return (atomicLoad(&visible_nodes[n >> 5u]) & (1u << (n & 31u))) != 0u;
 }
 
+// An interior node that is replaced by its children.
+fn refine(box: Box) -> bool {
+    return touches_near(box) || screen_area(box) > grouping.largest_group_px;
+}
+
 // One invocation per node.
 @compute @workgroup_size(64)
 fn collect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grid: vec3u) {
@@ -59,7 +95,7 @@ fn collect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     let parent = parents[n];
     if (n != 0u && !is_visible(parent)) {
         let box = padded(nodes[parent].min, nodes[parent].max);
-        if (!touches_near(box)) {
+        if (!refine(box)) {
             return;
         }
     }
@@ -68,14 +104,15 @@ fn collect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     if (!in_frustum(box)) {
         return;
     }
-    if (touches_near(box)) {
-        // No face of such a box can be relied on. An interior node leaves it to its children; a leaf is
-        // drawn untested, unless it was drawn already.
-        if (node.object != NO_OBJECT) {
-            let bit = 1u << (node.object & 31u);
-            if ((potential_occluders[node.object >> 5u] & bit) == 0u) {
-                atomicOr(&potentially_visible[node.object >> 5u], bit);
-            }
+    if (node.object == NO_OBJECT) {
+        if (refine(box)) {
+            return;
+        }
+    } else if (touches_near(box)) {
+        // No face of such a box can be relied on: the leaf is drawn untested, unless it was drawn already.
+        let bit = 1u << (node.object & 31u);
+        if ((potential_occluders[node.object >> 5u] & bit) == 0u) {
+            atomicOr(&potentially_visible[node.object >> 5u], bit);
         }
         return;
     }

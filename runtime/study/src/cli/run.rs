@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use hroc_runtime::{DepthConvention, readback};
+use hroc_runtime::{DepthConvention, Grouping, readback};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Destination, camera_path, open_scene, to_stdout};
@@ -30,6 +30,9 @@ pub(super) struct RunArguments {
     /// The method's mode; its first one if left out.
     #[arg(long)]
     mode: Option<String>,
+    /// How coarse the groups of bounds are that hroc tests at once.
+    #[arg(long, value_enum, default_value_t = GroupingName::Adaptive)]
+    grouping: GroupingName,
     /// The tree to use, by the split rule that built it: sah, middle, equal-count, or what was baked.
     #[arg(long, default_value = "sah")]
     split: String,
@@ -76,6 +79,15 @@ pub(super) struct RunArguments {
     /// Keep no images for later checks.
     #[arg(long)]
     no_truth_cache: bool,
+}
+
+/// `--grouping`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum GroupingName {
+    /// The largest nodes of unknown visibility, as published.
+    Published,
+    /// Nodes that cover more of the screen than pays are replaced by their children.
+    Adaptive,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -135,6 +147,10 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
     let options = RunOptions {
         method,
         mode,
+        grouping: match arguments.grouping {
+            GroupingName::Published => Grouping::Published,
+            GroupingName::Adaptive => Grouping::default(),
+        },
         split: arguments.split.clone(),
         path,
         frames: arguments.frames,

@@ -66,6 +66,7 @@ impl<'a> Bench<'a> {
             tree: self.tree.as_ref(),
             depth: self.options.depth,
             mode: self.options.mode.unwrap_or_default(),
+            grouping: self.options.grouping,
             count_work,
         });
         self.gpu.check()?;

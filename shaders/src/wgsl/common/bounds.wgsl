@@ -51,6 +51,29 @@ fn touches_near(box: Box) -> bool {
     return nearest_along(frame.planes[4], box) <= 0.0;
 }
 
+// Pixels of the screen rectangle round a box that does not touch the near plane (so w > 0 at every corner).
+// Never smaller for a box than for one inside it.
+fn screen_area(box: Box) -> f32 {
+    let size = box.max - box.min;
+    let base = frame.clip_from_world * vec4f(box.min, 1.0);
+    let x = frame.clip_from_world[0] * size.x;
+    let y = frame.clip_from_world[1] * size.y;
+    let z = frame.clip_from_world[2] * size.z;
+    var lo = vec2f(1.0);
+    var hi = vec2f(-1.0);
+    for (var corner = 0u; corner < 8u; corner++) {
+        let clip = base
+            + select(vec4f(0.0), x, (corner & 1u) != 0u)
+            + select(vec4f(0.0), y, (corner & 2u) != 0u)
+            + select(vec4f(0.0), z, (corner & 4u) != 0u);
+        let ndc = clip.xy / clip.w;
+        lo = min(lo, ndc);
+        hi = max(hi, ndc);
+    }
+    let extent = max(min(hi, vec2f(1.0)) - max(lo, vec2f(-1.0)), vec2f(0.0)) * 0.5 * vec2f(frame.size);
+    return extent.x * extent.y;
+}
+
 // The ray through a fragment's position (pixels, centre of the pixel, y down).
 fn pixel_ray(position: vec2f) -> Ray {
     let origin = frame.ray_origin + position.x * frame.ray_origin_dx + position.y * frame.ray_origin_dy;
