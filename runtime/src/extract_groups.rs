@@ -8,10 +8,11 @@ use crate::scene::{SceneShape, Tree};
 const BOX_VERTICES: u32 = 14;
 
 /// How coarse the groups are.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Grouping {
     /// Maximal nodes of unknown visibility, as published. Nodes that touch the near plane are replaced by
     /// their children all the same: without that the image is not exact.
+    #[default]
     Published,
     /// Nodes that cover more of the screen than pays are replaced by their children too.
     Adaptive {
@@ -19,12 +20,6 @@ pub enum Grouping {
         /// rasterizers; an error of four times costs a few percent.
         box_cost: f32,
     },
-}
-
-impl Default for Grouping {
-    fn default() -> Self {
-        Self::Adaptive { box_cost: 256.0 }
-    }
 }
 
 impl Grouping {

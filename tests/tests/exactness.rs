@@ -19,7 +19,10 @@ fn methods(
     for tree in &world.trees {
         // Each tree once with each submission and grouping, in two combinations.
         for (submission, grouping) in [
-            (Submission::of(gpu.device.features()), Grouping::default()),
+            (
+                Submission::of(gpu.device.features()),
+                Grouping::Adaptive { box_cost: 64.0 },
+            ),
             (Submission::ZeroedTail, Grouping::Published),
         ] {
             let options = HrocOptions {

@@ -29,6 +29,8 @@ struct WorkCounters {
 struct BoxVertex {
     @builtin(position) position: vec4f,
     @location(0) @interpolate(flat, either) node: u32,
+    // No ray enters the box at a smaller parameter (view depth).
+    @location(1) @interpolate(flat, either) nearest: f32,
 }
 
 // The box as one strip of 14 vertices; each mask holds one coordinate of the corners. Front faces wind
@@ -41,35 +43,40 @@ fn box_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) insta
     let corner = select(box.min, box.max, vec3<bool>((0x287au & bit) != 0u, (0x02afu & bit) != 0u, (0x31e3u & bit) != 0u));
     let clip = frame.clip_from_world * vec4f(corner, 1.0);
     // No group touches the near plane, so w > 0; the depth is not used, and this one is never clipped.
-    return BoxVertex(vec4f(clip.xy, 0.5 * clip.w, clip.w), n);
+    // Rounding of the distance is far below the padding.
+    let nearest = max(nearest_along(frame.forward, box) - frame.padding_world, frame.near);
+    return BoxVertex(vec4f(clip.xy, 0.5 * clip.w, clip.w), n, nearest);
 }
 
 @fragment
 fn cast_ray(fragment: BoxVertex) {
     let depth = textureLoad(occlusion_map, vec2u(fragment.position.xy), 0);
-    let ray = pixel_ray(fragment.position.xy);
-    let end = nodes[fragment.node].skip;
-    var n = fragment.node;
     var tests = 0u;
     var survived = false;
-    while (n < end) {
-        let node = nodes[n];
-        tests++;
-        let t = entry(ray, padded(node.min, node.max), frame.near);
-        if (t < 0.0 || !may_show(t, depth)) {
-            n = node.skip;
-            continue;
-        }
-        survived = true;
-        if (node.object != NO_OBJECT) {
-            let word = node.object >> 5u;
-            let bit = 1u << (node.object & 31u);
-            // What was drawn into the occlusion map need not be drawn again; and look before writing.
-            if (((potential_occluders[word] | atomicLoad(&potentially_visible[word])) & bit) == 0u) {
-                atomicOr(&potentially_visible[word], bit);
+    // Most fragments are far behind the map: they need no ray.
+    if (may_show(fragment.nearest, depth)) {
+        let ray = pixel_ray(fragment.position.xy);
+        let end = nodes[fragment.node].skip;
+        var n = fragment.node;
+        while (n < end) {
+            let node = nodes[n];
+            tests++;
+            let t = entry(ray, padded(node.min, node.max), frame.near);
+            if (t < 0.0 || !may_show(t, depth)) {
+                n = node.skip;
+                continue;
             }
+            survived = true;
+            if (node.object != NO_OBJECT) {
+                let word = node.object >> 5u;
+                let bit = 1u << (node.object & 31u);
+                // What was drawn into the map need not be drawn again; and look before writing.
+                if (((potential_occluders[word] | atomicLoad(&potentially_visible[word])) & bit) == 0u) {
+                    atomicOr(&potentially_visible[word], bit);
+                }
+            }
+            n++;
         }
-        n++;
     }
     // One pixel of 256 tells the next frame how coarse its groups should be.
     if (all((vec2u(fragment.position.xy) & vec2u(15u)) == vec2u(5u))) {

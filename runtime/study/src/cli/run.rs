@@ -31,7 +31,7 @@ pub(super) struct RunArguments {
     #[arg(long)]
     mode: Option<String>,
     /// How coarse the groups of bounds are that hroc tests at once.
-    #[arg(long, value_enum, default_value_t = GroupingName::Adaptive)]
+    #[arg(long, value_enum, default_value_t = GroupingName::Published)]
     grouping: GroupingName,
     /// The tree to use, by the split rule that built it: sah, middle, equal-count, or what was baked.
     #[arg(long, default_value = "sah")]
@@ -149,7 +149,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
         mode,
         grouping: match arguments.grouping {
             GroupingName::Published => Grouping::Published,
-            GroupingName::Adaptive => Grouping::default(),
+            GroupingName::Adaptive => Grouping::Adaptive { box_cost: 256.0 },
         },
         split: arguments.split.clone(),
         path,
