@@ -17,7 +17,7 @@ pub const IN_MEMORY: &str = "(memory)";
 #[non_exhaustive]
 pub enum OpenError {
     /// The system could not open, read or map it.
-    #[error("{}: cannot read it: {source}", path.display())]
+    #[error("{}: cannot read it: {source}; check the name and that it may be read", path.display())]
     Io {
         /// The file.
         path: PathBuf,

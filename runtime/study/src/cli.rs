@@ -64,7 +64,7 @@ pub fn main() -> ExitCode {
         Command::Methods => to_stdout(&registry::table()).map(|()| exit::GOOD),
     };
     ExitCode::from(result.unwrap_or_else(|error| {
-        let _ = writeln!(io::stderr(), "hroc: {error}");
+        let _ = writeln!(io::stderr(), "error: {error}");
         error.exit_code()
     }))
 }
