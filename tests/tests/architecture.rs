@@ -9,8 +9,14 @@ const EDGES: &[(&str, &[&str])] = &[
     ("shaders", &[]),
     ("preprocess", &["format"]),
     ("runtime", &["format", "shaders"]),
-    ("runtime/study", &["format", "preprocess", "runtime", "shaders"]),
-    ("tests", &["format", "preprocess", "runtime", "shaders", "study"]),
+    (
+        "runtime/study",
+        &["format", "preprocess", "runtime", "shaders"],
+    ),
+    (
+        "tests",
+        &["format", "preprocess", "runtime", "shaders", "study"],
+    ),
 ];
 
 #[test]
@@ -28,13 +34,23 @@ fn no_other_edge_appears() {
         assert_eq!(found, allowed.iter().copied().collect(), "{folder}");
     }
     let members = section(&workspace, "[workspace]");
-    let members = members.lines().find(|line| line.starts_with("members")).unwrap();
+    let members = members
+        .lines()
+        .find(|line| line.starts_with("members"))
+        .unwrap();
     let listed = members.matches('"').count() / 2;
-    assert_eq!(listed, EDGES.len(), "a crate is missing from this test: {members}");
+    assert_eq!(
+        listed,
+        EDGES.len(),
+        "a crate is missing from this test: {members}"
+    );
 }
 
 /// The lines of a manifest between a heading and the next.
 fn section(manifest: &str, heading: &str) -> String {
     let from = manifest.split_once(heading).map_or("", |(_, rest)| rest);
-    from.lines().take_while(|line| !line.starts_with('[')).map(|line| format!("{line}\n")).collect()
+    from.lines()
+        .take_while(|line| !line.starts_with('['))
+        .map(|line| format!("{line}\n"))
+        .collect()
 }

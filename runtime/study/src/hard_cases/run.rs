@@ -503,3 +503,62 @@ impl HardCaseResults {
         text
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hroc_format::NO_OBJECT;
+
+    fn image(depth: f32, item: u32) -> Image {
+        Image {
+            depth_bits: vec![depth.to_bits()],
+            items: vec![item],
+        }
+    }
+
+    #[test]
+    fn a_lost_object_fails_an_exact_method_and_is_reported_of_an_approximate_one() {
+        let method = |name| crate::registry::method(name).unwrap();
+        let variant = |method| Variant {
+            method,
+            mode: Some("of"),
+            tree: None,
+        };
+        let mut run = variant(method("hroc")).result(DepthConvention::Reversed);
+        let (truth, lost) = (image(0.5, 3), image(0.0, NO_OBJECT));
+        run.add(0, [1, 1], &truth, &truth, &[3].into_iter().collect(), 1.0);
+        assert!(!run.failed());
+        run.add(1, [1, 1], &truth, &lost, &IdSet::default(), 1.0);
+        assert!(run.failed());
+        assert_eq!((run.frames, run.visible, run.drawn), (2, 2, 1));
+        let mut results = HardCaseResults {
+            schema: SCHEMA,
+            scale: Scale::Small.name().to_owned(),
+            size: [1, 1],
+            adapter: AdapterInfo {
+                name: String::new(),
+                driver: String::new(),
+                backend: String::new(),
+            },
+            skipped: Vec::new(),
+            cases: vec![CaseResult {
+                case: "two-objects".to_owned(),
+                failure: String::new(),
+                objects: 2,
+                triangles: 24,
+                views: 1,
+                bake_ms: 1.0,
+                runs: vec![run],
+            }],
+        };
+        assert!(results.failed());
+        let told = "FAILED: two-objects by hroc of (reversed depth): 1 of 2 frames differ from no culling, first frame 1 at 1x1: 1 wrong pixels, 1 false negatives";
+        assert!(results.markdown().contains(told), "{}", results.markdown());
+        let again = serde_json::from_str::<HardCaseResults>(&results.to_json()).unwrap();
+        assert_eq!(again, results);
+
+        results.cases[0].runs[0].exactness = Exactness::Approximate.name().to_owned();
+        assert!(!results.failed() && !results.markdown().contains("FAILED"));
+        assert_eq!(results.cases[0].runs[0].wrong_pixels, 1);
+    }
+}

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::builder::{Builder, Rng, ball, cube, looking, pixel_at, unit_pixels};
-use super::{CaseScene, HardCase};
+use super::{CaseFrame, CaseScene, HardCase};
 
 pub(super) const SUB_PIXEL: HardCase = HardCase {
     name: "sub-pixel",
@@ -14,7 +14,7 @@ pub(super) const SUB_PIXEL: HardCase = HardCase {
         let height = scale.size()[1];
         // A screen before half of them: some of them leave its shade from frame to frame.
         b.boxed(DVec3::new(-6.0, 0.0, -20.0), DVec3::new(6.0, 4.0, 0.1));
-        for _ in 0..scale.pick(800, 50_000) {
+        for _ in 0..scale.pick(600, 50_000) {
             let distance = rng.within(22.0, 60.0);
             let (x, y) = (
                 rng.within(-0.9, 0.9) * distance,
@@ -28,7 +28,7 @@ pub(super) const SUB_PIXEL: HardCase = HardCase {
                 DVec3::new(x, y, -distance),
             );
         }
-        for _ in 0..scale.pick(200, 2000) {
+        for _ in 0..scale.pick(400, 2000) {
             let distance = rng.within(22.0, 60.0);
             let at = DVec3::new(
                 rng.within(-0.9, 0.9) * distance,
@@ -114,7 +114,7 @@ pub(super) const NARROW_GAPS: HardCase = HardCase {
         }
         let cameras =
             (0..scale.pick(10, 24)).map(|i| unit_pixels(0.23 * f64::from(i % 10) - 1.0, 0.0, size));
-        let frames = cameras.map(|camera| super::CaseFrame {
+        let frames = cameras.map(|camera| CaseFrame {
             size: Some(size),
             ..camera.into()
         });

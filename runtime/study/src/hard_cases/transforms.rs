@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use hroc_preprocess::scene::SourceMesh;
 
-use super::builder::{Builder, Rng, ball, cube, looking};
+use super::builder::{Builder, Rng, ball, cube, looking, pixel_at};
 use super::everyday::ROOMS;
 use super::{CaseScene, HardCase, Scale};
 
@@ -79,7 +79,12 @@ pub(super) const ODD_TRANSFORMS: HardCase = HardCase {
     failure: "mirrored, sheared, squashed to nothing or hugely scaled: wrong winding, radius or inverse",
     make: |scale| {
         let mut rng = Rng(4);
-        let mut b = Builder::new(vec![cube(), ball(5)]);
+        let mut b = Builder::new(vec![
+            cube(),
+            ball(5),
+            scaled(cube(), 1e-6),
+            scaled(ball(5), 1e6),
+        ]);
         for i in 0..scale.pick(200, 4000) {
             let size = DVec3::new(
                 rng.within(-1.0, 1.0),
@@ -92,15 +97,12 @@ pub(super) const ODD_TRANSFORMS: HardCase = HardCase {
             if i % 17 == 0 {
                 m.matrix3 = DMat3::ZERO;
             }
-            b.object(i % 2, m);
+            // Also meshes a million times too small or too large for the scene.
+            let mesh = i % 4;
+            m.matrix3 *= [1.0, 1.0, 1e6, 1e-6][mesh];
+            b.object(mesh, m);
         }
         b.boxed(DVec3::new(0.0, -2000.0, 0.0), DVec3::splat(1990.0));
-        b.placed(
-            1,
-            DVec3::new(-1e6, 1e-6, 1.0),
-            DQuat::IDENTITY,
-            DVec3::new(0.0, 3.0, 0.0),
-        );
         let cameras = (0..10).map(|i| {
             looking(
                 DVec3::new(14.0 - 2.0 * f64::from(i), 1.0, 7.0),
@@ -111,18 +113,25 @@ pub(super) const ODD_TRANSFORMS: HardCase = HardCase {
     },
 };
 
+/// The mesh with every coordinate multiplied.
+fn scaled(mut mesh: SourceMesh, factor: f32) -> SourceMesh {
+    let coordinates = mesh.positions.iter_mut().flatten();
+    coordinates.for_each(|x| *x *= factor);
+    mesh
+}
+
 /// Spikes modelled far from their own zero and brought back by their transform, behind a wall which their tips
 /// overtop by a hair.
 pub(super) const CANCELLING: HardCase = HardCase {
     name: "cancelling",
     failure: "transformed bounds rounded inward: a vertex stuck out, and showed where nothing was expected",
     make: |scale| {
-        let modelled_at = [1000.0f32, -700.0, 300.0];
+        let modelled_at = [30_000.0f32, -20_000.0, 9_000.0];
         let spike = SourceMesh {
             positions: [
-                [-0.1, -1.0, -0.1],
-                [0.1, -1.0, -0.1],
-                [0.0, -1.0, 0.1],
+                [-0.5, -1.0, -0.5],
+                [0.5, -1.0, -0.5],
+                [0.0, -1.0, 0.5],
                 [0.0, 1.0, 0.0],
             ]
             .map(|p| [0, 1, 2].map(|i| p[i] + modelled_at[i]))
@@ -143,8 +152,8 @@ pub(super) const CANCELLING: HardCase = HardCase {
                 0.0,
             );
             let tip = lean * DVec3::Y;
-            // The tip at the height that the wall's edge hides seen from the eye, more or less.
-            let over = rng.within(-0.002, 0.004) * distance;
+            // The wall's edge is at the height of the eye.
+            let over = rng.within(-1.0, 2.5) * pixel_at(distance, scale.size()[1]);
             let at = DVec3::new(rng.within(-0.8, 0.8) * distance, over, -distance) - tip;
             b.object(1, DAffine3::from_rotation_translation(lean, at) * back);
         }
