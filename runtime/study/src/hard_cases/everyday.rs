@@ -10,7 +10,7 @@ pub(super) const CLUTTER: HardCase = HardCase {
     name: "clutter",
     failure: "boxes and balls of all sizes and orientations from outside and from within: the check of the others",
     make: |scale| {
-        let frames = scale.pick(6, 20);
+        let frames = scale.pick(6, 10);
         let approach = (0..frames).map(|i| {
             let x = 24.0 - 18.0 * f64::from(i) / f64::from(frames);
             looking(DVec3::new(x, 3.0, 14.0), DVec3::ZERO)
@@ -25,7 +25,7 @@ pub(super) const ROOMS: HardCase = HardCase {
     failure: "walls hide nearly everything: disocclusion through doors one frame late",
     make: |scale| {
         CaseScene::new(rooms(scale), {
-            let frames = scale.pick(6, 30);
+            let frames = scale.pick(6, 12);
             let turn = turning(DVec3::new(2.0 * ROOM, 1.6, 2.0 * ROOM), frames);
             let walk = (0..frames).map(move |i| {
                 let x = 5.6 * i as f64 / frames as f64;
@@ -43,7 +43,7 @@ pub(super) const ROOMS: HardCase = HardCase {
 pub(super) fn clutter(scale: Scale) -> SourceScene {
     let mut rng = Rng(1);
     let mut b = Builder::new(vec![cube(), ball(6)]);
-    for i in 0..scale.pick(400, 4000) {
+    for i in 0..scale.pick(400, 2000) {
         let mut side = || rng.within(0.05, 1.0);
         let size = DVec3::new(side(), side(), side());
         let at = rng.point(10.0);
@@ -59,7 +59,7 @@ pub(super) const ROOM: f64 = 4.0;
 pub(super) fn rooms(scale: Scale) -> SourceScene {
     let mut rng = Rng(2);
     let mut b = Builder::new(vec![cube(), ball(5)]);
-    let n = scale.pick(5, 14);
+    let n = scale.pick(5, 10);
     for x in 0..n {
         for z in 0..n {
             let c = DVec3::new(f64::from(x) * ROOM, 1.5, f64::from(z) * ROOM);

@@ -44,7 +44,7 @@ pub(super) const ABOUT_TURNS: HardCase = HardCase {
     failure: "half a turn in a frame: nothing known is in view, and the occlusion map stays empty",
     make: |scale| {
         let eye = DVec3::new(2.0 * ROOM, 1.6, 2.0 * ROOM);
-        let cameras = turning(eye, scale.pick(12, 40))
+        let cameras = turning(eye, scale.pick(12, 20))
             .into_iter()
             .enumerate()
             .map(|(i, camera)| {
@@ -63,8 +63,8 @@ pub(super) const TELEPORTS: HardCase = HardCase {
     failure: "cuts from anywhere to anywhere: what was visible says nothing about what is",
     make: |scale| {
         let mut rng = Rng(5);
-        let far = scale.pick(20.0, 60.0);
-        let cameras = (0..scale.pick(12, 60)).map(|_| {
+        let far = scale.pick(20.0, 42.0);
+        let cameras = (0..scale.pick(12, 24)).map(|_| {
             let at = DVec3::new(
                 rng.within(-3.0, far),
                 rng.within(-1.0, 4.0),
@@ -85,7 +85,7 @@ pub(super) const TWO_VIEWS: HardCase = HardCase {
     name: "two-views",
     failure: "two views shared a history: the second was culled by what the first had seen",
     make: |scale| {
-        let inside = turning(DVec3::new(2.0 * ROOM, 1.6, 2.0 * ROOM), scale.pick(6, 20));
+        let inside = turning(DVec3::new(2.0 * ROOM, 1.6, 2.0 * ROOM), scale.pick(6, 12));
         let frames = inside.into_iter().enumerate().flat_map(|(i, camera)| {
             let middle = DVec3::new(2.0 * ROOM + 0.3 * i as f64, 0.0, 2.0 * ROOM);
             let above = Camera {
@@ -121,7 +121,7 @@ pub(super) const RESIZE: HardCase = HardCase {
             [128, 128],
             [3, 90],
         ];
-        let cameras = turning(DVec3::new(2.0 * ROOM, 1.6, 2.0 * ROOM), scale.pick(12, 42));
+        let cameras = turning(DVec3::new(2.0 * ROOM, 1.6, 2.0 * ROOM), scale.pick(12, 21));
         let frames = cameras.into_iter().zip(sizes.into_iter().cycle());
         CaseScene {
             frames: frames

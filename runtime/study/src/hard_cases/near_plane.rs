@@ -12,13 +12,13 @@ pub(super) const AROUND_THE_EYE: HardCase = HardCase {
     make: |scale| {
         let mut rng = Rng(101);
         let mut b = Builder::of_boxes();
-        for _ in 0..scale.pick(900, 100_000) {
+        for _ in 0..scale.pick(900, 20_000) {
             let distance = rng.magnitude(2e-3, 40.0);
             let mut half = || distance * rng.magnitude(0.02, 1.2);
             let half = DVec3::new(half(), half(), half());
             b.boxed(rng.rotation() * DVec3::Z * distance, half);
         }
-        let frames = scale.pick(12, 25);
+        let frames = scale.pick(12, 13);
         let cameras = (0..frames).map(|i| Camera {
             orientation: rng.rotation(),
             near: 10f64.powf(4.0 * f64::from(i) / f64::from(frames - 1) - 3.0),

@@ -50,7 +50,7 @@ pub(super) const EDGE_RAYS: HardCase = HardCase {
         let [width, height] = size.map(f64::from);
         let mut rng = Rng(402);
         let mut b = Builder::of_boxes();
-        for i in 0..scale.pick(900, 30_000) {
+        for i in 0..scale.pick(900, 15_000) {
             let mut centre = |limit: f64| rng.within(0.0, limit).floor() + 0.5;
             let (x, y) = (centre(width), centre(height));
             let depth = rng.within(5.0, 80.0);
@@ -99,7 +99,7 @@ pub(super) const SNAPPED_GRID: HardCase = HardCase {
         let height = scale.size()[1];
         let mut rng = Rng(403);
         let mut b = Builder::of_boxes();
-        for _ in 0..scale.pick(1000, 40_000) {
+        for _ in 0..scale.pick(1000, 20_000) {
             let distance = rng.magnitude(1.0, 200.0);
             let unit = pixel_at(distance, height);
             let mut half = || unit * rng.magnitude(0.2, 1.5);

@@ -14,7 +14,7 @@ pub(super) const SUB_PIXEL: HardCase = HardCase {
         let height = scale.size()[1];
         // A screen before half of them: some of them leave its shade from frame to frame.
         b.boxed(DVec3::new(-6.0, 0.0, -20.0), DVec3::new(6.0, 4.0, 0.1));
-        for _ in 0..scale.pick(600, 50_000) {
+        for _ in 0..scale.pick(600, 20_000) {
             let distance = rng.within(22.0, 60.0);
             let (x, y) = (
                 rng.within(-0.9, 0.9) * distance,
@@ -68,7 +68,7 @@ pub(super) const FLAT_AND_TINY: HardCase = HardCase {
             ];
             b.boxed(rng.point(4.0), thin[i % 3]);
         }
-        for i in 0..scale.pick(800, 20_000) {
+        for i in 0..scale.pick(800, 10_000) {
             let at = rng.point(6.0);
             let size = DVec3::splat(rng.magnitude(3e-4, 3e-2));
             b.placed(i % 2, size, rng.rotation(), at);

@@ -143,7 +143,7 @@ pub(super) const CANCELLING: HardCase = HardCase {
         let mut rng = Rng(606);
         let mut b = Builder::new(vec![cube(), spike]);
         b.boxed(DVec3::new(0.0, -20.0, -10.0), DVec3::new(200.0, 20.0, 0.1));
-        for _ in 0..scale.pick(600, 20_000) {
+        for _ in 0..scale.pick(600, 10_000) {
             let distance = rng.within(11.0, 60.0);
             let lean = DQuat::from_euler(
                 glam::EulerRot::YXZ,
