@@ -8,6 +8,8 @@ use hroc_runtime::{
     Targets, Tree,
 };
 
+use hroc_study::hard_cases::CaseFrame;
+
 use crate::Gpu;
 
 const DRAW: &str = "//!import common/types
@@ -110,16 +112,59 @@ impl Frame {
     }
 }
 
-/// Targets and pipeline for one size and depth convention.
+/// Targets of one size.
+#[derive(Debug)]
+struct HostTargets {
+    depth: wgpu::Texture,
+    item_buffer: wgpu::Texture,
+    depth_view: wgpu::TextureView,
+    item_view: wgpu::TextureView,
+}
+
+impl HostTargets {
+    fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
+        let texture = |label, format| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d {
+                    width: size[0],
+                    height: size[1],
+                    depth_or_array_layers: 1,
+                },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                    | wgpu::TextureUsages::TEXTURE_BINDING
+                    | wgpu::TextureUsages::COPY_SRC,
+                view_formats: &[],
+            })
+        };
+        let depth = texture("depth", Targets::DEPTH_FORMAT);
+        let item_buffer = texture("item_buffer", Targets::ITEM_FORMAT);
+        let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
+        Self {
+            depth_view: view(&depth),
+            item_view: view(&item_buffer),
+            depth,
+            item_buffer,
+        }
+    }
+
+    fn size(&self) -> [u32; 2] {
+        [self.depth.width(), self.depth.height()]
+    }
+}
+
+/// Targets and pipeline for one depth convention.
 #[derive(Debug)]
 pub struct Host<'g> {
     gpu: &'g Gpu,
+    /// Of frames that have none of their own.
     size: [u32; 2],
     depth: DepthConvention,
-    depth_texture: wgpu::Texture,
-    item_texture: wgpu::Texture,
-    depth_view: wgpu::TextureView,
-    item_view: wgpu::TextureView,
+    targets: HostTargets,
     frame_uniform: wgpu::Buffer,
     pipeline: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
@@ -141,26 +186,7 @@ impl<'g> Host<'g> {
         guarded: bool,
     ) -> Self {
         let device = &gpu.device;
-        let texture = |label, format| {
-            device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d {
-                    width: size[0],
-                    height: size[1],
-                    depth_or_array_layers: 1,
-                },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-                    | wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
-            })
-        };
-        let depth_texture = texture("depth", Targets::DEPTH_FORMAT);
-        let item_texture = texture("item_buffer", Targets::ITEM_FORMAT);
+        let targets = HostTargets::new(device, size);
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("draw"),
             source: wgpu::ShaderSource::Wgsl(hroc_shaders::resolve(DRAW).unwrap().into()),
@@ -228,15 +254,21 @@ impl<'g> Host<'g> {
             gpu,
             size,
             depth,
-            depth_view: depth_texture.create_view(&wgpu::TextureViewDescriptor::default()),
-            item_view: item_texture.create_view(&wgpu::TextureViewDescriptor::default()),
-            depth_texture,
-            item_texture,
+            targets,
             frame_uniform,
             pipeline,
             group,
             scene: scene.clone(),
         }
+    }
+
+    /// Runs one frame of a case, in its own size if it has one.
+    pub fn render_frame(&mut self, method: &mut dyn CullingMethod, frame: &CaseFrame) -> Frame {
+        let size = frame.size.unwrap_or(self.size);
+        if self.targets.size() != size {
+            self.targets = HostTargets::new(&self.gpu.device, size);
+        }
+        self.render(method, &frame.camera)
     }
 
     /// Runs one frame of `method` and reads everything back.
@@ -246,7 +278,8 @@ impl<'g> Host<'g> {
     pub fn render(&self, method: &mut dyn CullingMethod, camera: &Camera) -> Frame {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let shape = &self.scene.shape;
-        let uniform = FrameUniform::new(camera, self.depth, self.size, shape).unwrap();
+        let size = self.targets.size();
+        let uniform = FrameUniform::new(camera, self.depth, size, shape).unwrap();
         queue.write_buffer(&self.frame_uniform, 0, bytemuck::bytes_of(&uniform));
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut drawer = RecordingDrawer {
@@ -254,9 +287,9 @@ impl<'g> Host<'g> {
             occlusion_map: None,
         };
         let targets = Targets {
-            depth: &self.depth_view,
-            item_buffer: &self.item_view,
-            size: self.size,
+            depth: &self.targets.depth_view,
+            item_buffer: &self.targets.item_view,
+            size,
         };
         let mut context = FrameContext {
             device,
@@ -268,7 +301,7 @@ impl<'g> Host<'g> {
         };
         method.encode(&mut context, &mut drawer).unwrap();
         let occlusion_map = drawer.occlusion_map.take();
-        let copies = [&self.depth_texture, &self.item_texture]
+        let copies = [&self.targets.depth, &self.targets.item_buffer]
             .map(|texture| TextureCopy::record(device, &mut encoder, texture));
         queue.submit([encoder.finish()]);
         let [depth, item] = copies.map(|copy| copy.wait(device));
@@ -320,7 +353,7 @@ impl Drawer for RecordingDrawer<'_> {
             self.occlusion_map = Some(TextureCopy::record(
                 &host.gpu.device,
                 encoder,
-                &host.depth_texture,
+                &host.targets.depth,
             ));
         }
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {

@@ -1,8 +1,7 @@
-//! What the tests that cross crates share: a device, a host that draws, generated scenes.
+//! What the tests that cross crates share: a device, a host that draws, oracles.
 
 pub mod host;
 pub mod oracle;
-pub mod scenes;
 
 use std::sync::OnceLock;
 

@@ -1,6 +1,8 @@
 //! f64 oracles: what the stages should find, computed without regard for speed.
 
-use glam::{DVec2, DVec3, DVec4};
+use std::ops::Range;
+
+use glam::{DMat4, DVec2, DVec3, DVec4};
 use hroc_format::{ArchivedBounds, ArchivedScene};
 use hroc_runtime::{DepthConvention, FrameUniform};
 
@@ -120,9 +122,10 @@ pub fn standings(
                 return Standing::Between;
             }
             let mut standing = Standing::Hidden;
-            let [width, height] = frame.size;
-            for y in 0..height {
-                for x in 0..width {
+            let width = frame.size[0];
+            let [columns, rows] = footprint(frame, loose);
+            for y in rows {
+                for x in columns.clone() {
                     let position = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                     let Some(t) = lens.entry(position, loose, f64::from(frame.near)) else {
                         continue;
@@ -141,6 +144,37 @@ pub fn standings(
             standing
         })
         .collect()
+}
+
+/// Columns and rows of pixels whose rays may meet a box in front of the near plane.
+fn footprint(frame: &FrameUniform, [lo, hi]: [DVec3; 2]) -> [Range<u32>; 2] {
+    let matrix = DMat4::from_cols_array_2d(&frame.clip_from_world.map(|c| c.map(f64::from)));
+    let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for corner in 0..8 {
+        let pick = |axis| {
+            if corner >> axis & 1 == 1 {
+                hi[axis]
+            } else {
+                lo[axis]
+            }
+        };
+        let clip = matrix * DVec4::new(pick(0), pick(1), pick(2), 1.0);
+        for (axis, sign) in [(0, 1.0), (1, -1.0)] {
+            let at = (0.5 + 0.5 * sign * clip[axis] / clip.w) * f64::from(frame.size[axis]);
+            // Where it cannot be told, the whole image.
+            let [first, last] = if at.is_finite() && clip.w > 0.0 {
+                [at; 2]
+            } else {
+                [f64::NEG_INFINITY, f64::INFINITY]
+            };
+            extent[axis] = [extent[axis][0].min(first), extent[axis][1].max(last)];
+        }
+    }
+    [0, 1].map(|axis| {
+        // A pixel more on either side; `as` stays within u32.
+        let end = frame.size[axis];
+        ((extent[axis][0] - 1.0) as u32).min(end)..((extent[axis][1] + 2.0) as u32).min(end)
+    })
 }
 
 /// Whether ray parameter `t` is at or in front of the map's depth, with this share of the tolerance.

@@ -9,7 +9,10 @@ const EDGES: &[(&str, &[&str])] = &[
     ("shaders", &[]),
     ("preprocess", &["format"]),
     ("runtime", &["format", "shaders"]),
-    ("runtime/study", &["format", "runtime", "shaders"]),
+    (
+        "runtime/study",
+        &["format", "preprocess", "runtime", "shaders"],
+    ),
     (
         "tests",
         &["format", "preprocess", "runtime", "shaders", "study"],

@@ -1,14 +1,15 @@
 //! Every method that claims to be exact gives the depth buffer of drawing everything, bit for bit, on every
-//! generated scene, with every tree, in both depth conventions.
+//! hard case, with every tree, in both depth conventions.
 
 use glam::{DVec3, DVec4};
 use hroc_runtime::{
     CullingMethod, DepthConvention, Grouping, Hroc, HrocOptions, Noc, Projection, Submission,
 };
+use hroc_study::hard_cases::{CASES, CaseFrame, Scale, case};
 use hroc_tests::host::{Difference, Host, World, difference};
-use hroc_tests::{Gpu, gpu, scenes};
+use hroc_tests::{Gpu, gpu};
 
-const SIZE: [u32; 2] = [160, 90];
+const SIZE: [u32; 2] = Scale::Small.size();
 
 fn methods(
     gpu: &Gpu,
@@ -16,30 +17,29 @@ fn methods(
     depth: DepthConvention,
 ) -> Vec<(String, Box<dyn CullingMethod>)> {
     let mut methods: Vec<(String, Box<dyn CullingMethod>)> = Vec::new();
-    for tree in &world.trees {
-        // Each tree once with each submission and grouping, in two combinations.
-        for (submission, grouping) in [
-            (
-                Submission::of(gpu.device.features()),
-                Grouping::Adaptive { box_cost: 64.0 },
-            ),
-            (Submission::ZeroedTail, Grouping::Published),
-        ] {
-            let options = HrocOptions {
-                depth,
-                grouping,
-                submission: Some(submission),
-                ..Default::default()
-            };
-            let hroc = Hroc::new(&gpu.device, &gpu.queue, &world.scene, tree, options);
-            let name = format!(
-                "hroc {} {} {}",
-                tree.split,
-                submission.name(),
-                grouping.name()
-            );
-            methods.push((name, Box::new(hroc)));
-        }
+    // Every tree, both groupings and both submissions, in four combinations.
+    let best = Submission::of(gpu.device.features());
+    let adaptive = Grouping::Adaptive { box_cost: 64.0 };
+    let groupings = [Grouping::Published, adaptive, Grouping::Published];
+    let trees = world.trees.iter().zip(groupings);
+    let combinations = trees
+        .map(|(tree, grouping)| (tree, best, grouping))
+        .chain([(&world.trees[0], Submission::ZeroedTail, adaptive)]);
+    for (tree, submission, grouping) in combinations {
+        let options = HrocOptions {
+            depth,
+            grouping,
+            submission: Some(submission),
+            ..Default::default()
+        };
+        let hroc = Hroc::new(&gpu.device, &gpu.queue, &world.scene, tree, options);
+        let name = format!(
+            "hroc {} {} {}",
+            tree.split,
+            submission.name(),
+            grouping.name()
+        );
+        methods.push((name, Box::new(hroc)));
     }
     methods
 }
@@ -48,24 +48,23 @@ fn methods(
 fn conservative_methods_give_the_depth_of_drawing_everything() {
     let Some(gpu) = gpu() else { return };
     let mut failures = Vec::new();
-    for test in scenes::all() {
-        let world = World::new(gpu, test.bake());
+    for case in CASES {
+        let scene = (case.make)(Scale::Small);
+        let world = World::new(gpu, scene.bake().unwrap());
         for depth in DepthConvention::ALL {
-            let host = Host::new(gpu, &world.scene, SIZE, depth);
+            let mut host = Host::new(gpu, &world.scene, SIZE, depth);
             let mut noc = Noc::new(&gpu.device, &world.scene, depth);
-            let truths = test
-                .cameras
-                .iter()
-                .map(|camera| host.render(&mut noc, camera))
+            let mut views = (0..scene.view_count())
+                .map(|_| methods(gpu, &world, depth))
                 .collect::<Vec<_>>();
-            for (name, mut method) in methods(gpu, &world, depth) {
-                for (number, (camera, truth)) in test.cameras.iter().zip(&truths).enumerate() {
-                    let frame = host.render(method.as_mut(), camera);
-                    let found = difference(truth, &frame);
+            for (number, frame) in scene.frames.iter().enumerate() {
+                let truth = host.render_frame(&mut noc, frame);
+                for (name, method) in &mut views[frame.view] {
+                    let found = difference(&truth, &host.render_frame(method.as_mut(), frame));
                     if found.wrong_pixels + found.false_negatives > 0 {
                         failures.push(format!(
                             "{} {depth:?} frame {number}, {name}: {found:?}",
-                            test.name
+                            case.name
                         ));
                     }
                 }
@@ -84,14 +83,11 @@ fn conservative_methods_give_the_depth_of_drawing_everything() {
 #[test]
 fn a_dropped_object_is_caught() {
     let Some(gpu) = gpu() else { return };
-    let test = scenes::all()
-        .into_iter()
-        .find(|test| test.name == "rooms")
-        .unwrap();
-    let world = World::new(gpu, test.bake());
+    let rooms = (case("rooms").unwrap().make)(Scale::Small);
+    let world = World::new(gpu, rooms.bake().unwrap());
     let host = Host::new(gpu, &world.scene, SIZE, DepthConvention::Reversed);
     let mut noc = Noc::new(&gpu.device, &world.scene, DepthConvention::Reversed);
-    let truth = host.render(&mut noc, &test.cameras[0]);
+    let truth = host.render(&mut noc, &rooms.frames[0].camera);
     let mut frame = truth.clone();
     assert_eq!(difference(&truth, &frame), Difference::default());
     let lost = truth.visible()[0];
@@ -111,11 +107,8 @@ fn a_dropped_object_is_caught() {
 #[test]
 fn little_is_drawn_where_much_is_hidden() {
     let Some(gpu) = gpu() else { return };
-    let test = scenes::all()
-        .into_iter()
-        .find(|test| test.name == "rooms")
-        .unwrap();
-    let world = World::new(gpu, test.bake());
+    let rooms = (case("rooms").unwrap().make)(Scale::Small);
+    let world = World::new(gpu, rooms.bake().unwrap());
     let host = Host::new(gpu, &world.scene, SIZE, DepthConvention::Reversed);
     let mut noc = Noc::new(&gpu.device, &world.scene, DepthConvention::Reversed);
     for tree in &world.trees {
@@ -126,7 +119,7 @@ fn little_is_drawn_where_much_is_hidden() {
             tree,
             HrocOptions::default(),
         );
-        for camera in &test.cameras[..8] {
+        for CaseFrame { camera, .. } in &rooms.frames[..6] {
             let visible = host.render(&mut noc, camera).visible().len();
             let pvs = host.render(&mut hroc, camera).pvs().len();
             eprintln!(
@@ -135,7 +128,7 @@ fn little_is_drawn_where_much_is_hidden() {
             );
         }
         // Standing still: V is what was visible, and little more passes the test.
-        let camera = &test.cameras[7];
+        let camera = &rooms.frames[5].camera;
         let visible = host.render(&mut noc, camera).visible().len();
         let pvs = host.render(&mut hroc, camera).pvs().len();
         assert!(
@@ -152,24 +145,33 @@ fn little_is_drawn_where_much_is_hidden() {
 fn only_stray_fragments_are_dropped() {
     let Some(gpu) = gpu() else { return };
     let (mut pixels, mut strays) = (0, 0);
-    for test in scenes::all() {
-        let world = World::new(gpu, test.bake());
+    for case in CASES {
+        let scene = (case.make)(Scale::Small);
+        let world = World::new(gpu, scene.bake().unwrap());
         for depth in DepthConvention::ALL {
-            let guarded = Host::new(gpu, &world.scene, SIZE, depth);
-            let unguarded = Host::with_guard(gpu, &world.scene, SIZE, depth, false);
+            let mut guarded = Host::new(gpu, &world.scene, SIZE, depth);
+            let mut unguarded = Host::with_guard(gpu, &world.scene, SIZE, depth, false);
             let mut noc = Noc::new(&gpu.device, &world.scene, depth);
-            for (number, camera) in test.cameras.iter().enumerate() {
+            for (number, frame) in scene.frames.iter().enumerate() {
+                let size = frame.size.unwrap_or(SIZE);
                 let (kept, all) = (
-                    guarded.render(&mut noc, camera),
-                    unguarded.render(&mut noc, camera),
+                    guarded.render_frame(&mut noc, frame),
+                    unguarded.render_frame(&mut noc, frame),
                 );
                 pixels += kept.depth.len();
                 for (i, (a, b)) in kept.depth.iter().zip(&all.depth).enumerate() {
                     if a.to_bits() != b.to_bits() {
                         strays += 1;
-                        let pixel = [i as u32 % SIZE[0], i as u32 / SIZE[0]];
+                        let pixel = [i as u32 % size[0], i as u32 / size[0]];
                         let bounds = &world.baked.scene().object_bounds[all.item[i] as usize];
-                        let near = nearest_depth(&world.scene.shape, camera, depth, pixel, bounds);
+                        let near = nearest_depth(
+                            &world.scene.shape,
+                            &frame.camera,
+                            depth,
+                            size,
+                            pixel,
+                            bounds,
+                        );
                         let outside = match depth {
                             DepthConvention::Standard => f64::from(*b) < near,
                             DepthConvention::Reversed => f64::from(*b) > near,
@@ -177,7 +179,7 @@ fn only_stray_fragments_are_dropped() {
                         assert!(
                             outside,
                             "{} {depth:?} frame {number} pixel {pixel:?}: depth {b} was dropped, bounds begin at {near}",
-                            test.name
+                            case.name
                         );
                     }
                 }
@@ -197,18 +199,19 @@ fn nearest_depth(
     shape: &hroc_runtime::SceneShape,
     camera: &hroc_runtime::Camera,
     depth: DepthConvention,
+    size: [u32; 2],
     pixel: [u32; 2],
     bounds: &hroc_format::ArchivedBounds,
 ) -> f64 {
     let clip = camera
-        .clip_from_world(depth, SIZE, shape.origin, shape.radius)
+        .clip_from_world(depth, size, shape.origin, shape.radius)
         .unwrap();
     let world = clip.inverse();
-    let ndc = |x: f64, size: u32| 2.0 * x / f64::from(size) - 1.0;
+    let ndc = |x: f64, side: u32| 2.0 * x / f64::from(side) - 1.0;
     let at = |z: f64| {
         let p = DVec4::new(
-            ndc(f64::from(pixel[0]) + 0.5, SIZE[0]),
-            -ndc(f64::from(pixel[1]) + 0.5, SIZE[1]),
+            ndc(f64::from(pixel[0]) + 0.5, size[0]),
+            -ndc(f64::from(pixel[1]) + 0.5, size[1]),
             z,
             1.0,
         );
@@ -230,9 +233,9 @@ fn nearest_depth(
     let reach = (lo - eye).abs().max((hi - eye).abs()).length();
     let pixel_size = match camera.projection {
         Projection::Perspective { fov_y_rad } => {
-            2.0 * (0.5 * fov_y_rad).tan() * reach / f64::from(SIZE[1])
+            2.0 * (0.5 * fov_y_rad).tan() * reach / f64::from(size[1])
         }
-        Projection::Orthographic { half_height } => 2.0 * half_height / f64::from(SIZE[1]),
+        Projection::Orthographic { half_height } => 2.0 * half_height / f64::from(size[1]),
     };
     let grow = pixel_size / 64.0 + 1e-6 * (shape.reach + eye.length());
     let (lo, hi) = (lo - grow, hi + grow);
@@ -248,14 +251,12 @@ fn nearest_depth(
         }
     }
     let farthest = f64::from(depth.clear_value());
+    // What lies in front of the near plane does not show.
+    let on_near_plane = (at(1.0 - farthest) - a).dot(direction) / direction.length_squared();
+    let first = first.max(on_near_plane);
     if first > last {
         return farthest;
     }
     let p = clip * (a + first * direction).extend(1.0);
-    // Behind the near plane: nothing there is in front of the bounds.
-    if p.w <= 0.0 {
-        1.0 - farthest
-    } else {
-        p.z / p.w
-    }
+    p.z / p.w
 }

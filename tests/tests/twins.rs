@@ -4,7 +4,8 @@ use glam::{DVec3, Vec2};
 use hroc_format::{ArchivedMesh, ArchivedObject};
 use hroc_runtime::twin::{bounds, pack};
 use hroc_runtime::{DepthConvention, FrameUniform, SceneShape, readback};
-use hroc_tests::scenes::{self, Rng};
+use hroc_study::hard_cases::builder::{Rng, turning};
+use hroc_study::hard_cases::{Scale, case};
 use hroc_tests::{Gpu, gpu};
 
 /// Evaluates the functions of common/bounds.wgsl on arrays.
@@ -159,14 +160,9 @@ fn bounds_agree_with_their_twin_and_never_miss() {
     };
     let mut rng = Rng(11);
     let (mut compared, mut contested) = (0usize, 0usize);
-    for camera in scenes::all()
-        .iter()
-        .find(|test| test.name == "projections")
-        .unwrap()
-        .cameras
-        .iter()
-        .chain(&scenes::turning(DVec3::ONE, 4))
-    {
+    let projections = (case("projections").unwrap().make)(Scale::Small);
+    let cameras = projections.frames.iter().map(|frame| frame.camera);
+    for camera in &cameras.chain(turning(DVec3::ONE, 4)).collect::<Vec<_>>() {
         for depth in DepthConvention::ALL {
             let reversed = depth == DepthConvention::Reversed;
             let frame = FrameUniform::new(camera, depth, [64, 48], &shape).unwrap();

@@ -1,5 +1,6 @@
 //! The command line of `hroc`.
 
+mod hard_cases;
 mod path;
 mod run;
 
@@ -12,6 +13,7 @@ use hroc_format::{ArchivedScene, BakedScene};
 
 use crate::camera_path::{CameraPath, orbit, walk_in};
 use crate::error::{StudyError, exit};
+use crate::output::OutputFile;
 use crate::registry;
 
 const EXAMPLES: &str = "\
@@ -20,6 +22,7 @@ Examples:
   hroc run house.hroc --method noc --png noc.png   no culling, and its last frame as an image
   hroc run house.hroc --split middle --json -      results as JSON on the standard output
   hroc path house.hroc orbit -o orbit.json         a standard camera path as a file, to edit
+  hroc hard-cases                                  every method over the hard cases
   hroc methods                                     the culling methods there are
 
 Baked scenes come from: hroc-bake bake SCENE.glb -o SCENE.hroc
@@ -40,6 +43,8 @@ enum Command {
     Run(Box<run::RunArguments>),
     /// Write a standard camera path of a scene as a file.
     Path(path::PathArguments),
+    /// Run every method over scenes on which occlusion culling has failed.
+    HardCases(hard_cases::HardCasesArguments),
     /// List the culling methods.
     Methods,
 }
@@ -61,6 +66,7 @@ pub fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Run(arguments) => run::run(arguments),
         Command::Path(arguments) => path::path(arguments),
+        Command::HardCases(arguments) => hard_cases::hard_cases(arguments),
         Command::Methods => to_stdout(&registry::table()).map(|()| exit::GOOD),
     };
     ExitCode::from(result.unwrap_or_else(|error| {
@@ -107,5 +113,20 @@ impl From<&str> for Destination {
         } else {
             Self::File(text.into())
         }
+    }
+}
+
+/// Where JSON goes, opened before the work begins.
+enum JsonOutput {
+    Stdout,
+    File(OutputFile),
+}
+
+impl JsonOutput {
+    fn open(destination: &Destination) -> Result<Self, StudyError> {
+        Ok(match destination {
+            Destination::Stdout => Self::Stdout,
+            Destination::File(file) => Self::File(OutputFile::create(file)?),
+        })
     }
 }

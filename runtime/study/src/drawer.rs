@@ -125,6 +125,11 @@ impl ObjectDrawer {
         }
     }
 
+    /// Draws into `targets` from now on.
+    pub fn draw_into(&mut self, targets: &FrameTargets) {
+        self.color = targets.color_view.clone();
+    }
+
     /// Where the next submitted frame is seen from.
     ///
     /// # Errors

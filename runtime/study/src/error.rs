@@ -8,6 +8,7 @@ use hroc_runtime::{CameraError, UploadError};
 
 use crate::camera_path::PathError;
 use crate::gpu::GpuError;
+use crate::hard_cases::CaseError;
 
 /// Exit codes of `hroc`. Scripts rely on them.
 pub mod exit {
@@ -46,6 +47,14 @@ pub enum StudyError {
         /// What is wrong with it.
         source: CameraError,
     },
+    /// A generated case was refused.
+    #[error("hard case '{case}': {source}")]
+    HardCase {
+        /// Its name.
+        case: &'static str,
+        /// By whom and why.
+        source: CaseError,
+    },
     /// The device failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -67,6 +76,7 @@ impl StudyError {
             Self::Scene(_)
             | Self::Path(_)
             | Self::Camera { .. }
+            | Self::HardCase { .. }
             | Self::Upload(UploadError::NoTree { .. }) => exit::BAD_INPUT,
             Self::Upload(UploadError::TooLarge { .. }) | Self::Gpu(_) => exit::DEVICE,
         }

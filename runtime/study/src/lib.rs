@@ -10,6 +10,7 @@ pub mod error;
 pub mod frustum;
 pub mod gpu;
 pub mod gpu_clock;
+pub mod hard_cases;
 pub mod id_set;
 pub mod image;
 pub mod npy;

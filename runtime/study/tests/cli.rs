@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use assert_cmd::Command;
+use hroc_study::hard_cases::CASES;
+use hroc_study::hard_cases::run::HardCaseResults;
+use hroc_study::registry::METHODS;
 use hroc_study::results::RunResults;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -425,4 +428,67 @@ fn degenerate_scenes_and_sizes_run() {
         3,
         &["'none'", "sah", "--split"],
     );
+}
+
+#[test]
+fn hard_cases_are_run_and_reported() {
+    if without_gpu() {
+        return;
+    }
+    let house = House::new(1);
+    let arguments = [
+        "hard-cases",
+        "--case",
+        "two-views",
+        "--case",
+        "empty",
+        "--json",
+        "-",
+    ];
+    let output = house.hroc(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let results: HardCaseResults = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        (results.schema, results.scale.as_str(), results.size),
+        (1, "small", [128, 72])
+    );
+    let names = results.cases.iter().map(|case| case.case.as_str());
+    assert_eq!(names.collect::<Vec<_>>(), ["two-views", "empty"]);
+    let views = &results.cases[0];
+    assert_eq!((views.views, views.objects), (2, 350));
+    for method in METHODS {
+        let runs = views.runs.iter().filter(|run| run.method == method.name);
+        let modes = method.modes.len().max(1);
+        let trees = if method.uses_tree { 3 } else { 1 };
+        assert_eq!(
+            runs.count(),
+            2 * modes * trees,
+            "{}: both depths, all modes and trees",
+            method.name
+        );
+    }
+    for run in &views.runs {
+        assert_eq!((run.frames, run.failed()), (12, false), "{}", run.label());
+        assert!(run.visible > 0 && run.drawn >= run.visible && run.ms > 0.0);
+    }
+    let table = text(&output.stderr);
+    assert!(
+        table.contains("two-views") && table.contains("hroc of middle"),
+        "{table}"
+    );
+}
+
+#[test]
+fn hard_cases_are_listed_and_unknown_ones_told() {
+    let house = House::new(1);
+    let list = house.hroc(&["hard-cases", "--list"]);
+    assert_eq!(list.status.code(), Some(0));
+    assert!(
+        CASES
+            .iter()
+            .all(|case| text(&list.stdout).contains(case.failure))
+    );
+    let unknown = house.hroc(&["hard-cases", "--case", "easy"]);
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(text(&unknown.stderr).contains("around-the-eye"));
 }

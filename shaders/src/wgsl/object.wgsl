@@ -30,5 +30,6 @@ fn hroc_keeps(bounds: Bounds, position: vec4f) -> bool {
     let lo = vec3f(bounds.min[0], bounds.min[1], bounds.min[2]);
     let hi = vec3f(bounds.max[0], bounds.max[1], bounds.max[2]);
     let t = entry(pixel_ray(position.xy), padded(lo, hi), frame.near);
-    return t >= 0.0 && may_show(t, position.z);
+    // The depth buffer holds the clamped value; a triangle clipped at the near plane can come out beyond it.
+    return t >= 0.0 && may_show(t, clamp(position.z, 0.0, 1.0));
 }

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use hroc_runtime::{DepthConvention, Grouping, readback};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Destination, camera_path, open_scene, to_stdout};
+use super::{Destination, JsonOutput, camera_path, open_scene, to_stdout};
 use crate::error::{StudyError, exit};
 use crate::gpu::{Gpu, GpuOptions};
 use crate::gpu_clock::ClockChoice;
@@ -108,7 +108,7 @@ enum Clock {
     Gpu,
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
+pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let number = |text: &str| text.parse::<u32>().ok().filter(|&n| n > 0);
     let parsed = text
         .split_once('x')
@@ -169,7 +169,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
             .filter(|_| !arguments.no_truth_cache)
             .map(TruthCache::new),
     };
-    let progress = progress_bar();
+    let progress = progress_bar("frames");
     let results = run_method(&gpu, &baked, &options, &progress, &mut |view| {
         outputs.frame(&gpu, view)
     });
@@ -184,9 +184,10 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
     })
 }
 
-/// Draws nothing where the standard error is no terminal.
-fn progress_bar() -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg:16} {wide_bar} {pos}/{len} frames, {eta} left");
+/// A bar that counts `what`. Draws nothing where the standard error is no terminal.
+pub(super) fn progress_bar(what: &str) -> ProgressBar {
+    let template = format!("{{msg:18}} {{wide_bar}} {{pos}}/{{len}} {what}, {{eta}} left");
+    let style = ProgressStyle::with_template(&template);
     ProgressBar::new(0).with_style(style.expect("the template is sound"))
 }
 
@@ -197,21 +198,12 @@ struct Outputs {
     dump: Option<PathBuf>,
 }
 
-enum JsonOutput {
-    Stdout,
-    File(OutputFile),
-}
-
 impl Outputs {
     fn open(arguments: &RunArguments) -> Result<Self, StudyError> {
         if let Some(folder) = &arguments.dump {
             output::create_folder(folder)?;
         }
-        let json = match &arguments.json {
-            None => None,
-            Some(Destination::Stdout) => Some(JsonOutput::Stdout),
-            Some(Destination::File(file)) => Some(JsonOutput::File(OutputFile::create(file)?)),
-        };
+        let json = arguments.json.as_ref().map(JsonOutput::open).transpose()?;
         let frame = arguments.png_frame.unwrap_or(arguments.frames - 1);
         let png = arguments
             .png

@@ -1,0 +1,567 @@
+//! Every method over a case, frame by frame beside no culling.
+
+use std::time::Instant;
+
+use hroc_format::{ArchivedScene, BakedScene};
+use hroc_runtime::{
+    CullingMethod, DepthConvention, FrameContext, Grouping, Noc, Scene, Tree, readback,
+};
+use indicatif::ProgressBar;
+use serde::{Deserialize, Serialize};
+
+use super::{CaseFrame, CaseScene, HardCase, Scale};
+use crate::check::FrameCheck;
+use crate::drawer::ObjectDrawer;
+use crate::error::StudyError;
+use crate::gpu::Gpu;
+use crate::id_set::IdSet;
+use crate::image::{Image, ImageCopy};
+use crate::registry::{Exactness, Method, Parts, feature_names};
+use crate::results::AdapterInfo;
+use crate::table;
+use crate::targets::FrameTargets;
+
+/// The JSON's version.
+pub const SCHEMA: u32 = 1;
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct HardCaseOptions {
+    /// The cases.
+    pub cases: Vec<&'static HardCase>,
+    /// The methods.
+    pub methods: Vec<&'static Method>,
+    /// How much of each case.
+    pub scale: Scale,
+    /// Size of frames that have none of their own, pixels.
+    pub size: [u32; 2],
+}
+
+/// What `hroc hard-cases --json` writes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct HardCaseResults {
+    pub schema: u32,
+    /// `small` or `full`.
+    pub scale: String,
+    /// Of frames that have no size of their own, pixels.
+    pub size: [u32; 2],
+    pub adapter: AdapterInfo,
+    /// Methods that were left out, and the device features they lack.
+    pub skipped: Vec<Skipped>,
+    pub cases: Vec<CaseResult>,
+}
+
+/// A method that the device cannot run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct Skipped {
+    pub method: String,
+    pub lacks: String,
+}
+
+/// A case and what each method made of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct CaseResult {
+    pub case: String,
+    /// What went wrong in other systems.
+    pub failure: String,
+    pub objects: usize,
+    /// As drawn: a mesh counts for each object that draws it.
+    pub triangles: u64,
+    /// Number of views.
+    pub views: usize,
+    /// From nothing to trees, ms.
+    pub bake_ms: f64,
+    pub runs: Vec<MethodResult>,
+}
+
+/// A method, in one of its modes, with one tree and one depth convention, over a case.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct MethodResult {
+    pub method: String,
+    pub mode: Option<String>,
+    pub split: Option<String>,
+    /// `standard` or `reversed`.
+    pub depth: String,
+    /// `exact` or `approximate`.
+    pub exactness: String,
+    pub frames: u32,
+    /// Summed over frames, as the next four.
+    pub wrong_pixels: usize,
+    pub false_negatives: usize,
+    pub depth_ties: usize,
+    /// Objects that show.
+    pub visible: usize,
+    /// Objects drawn.
+    pub drawn: usize,
+    /// By the host's clock, from the first command until the device is idle; summed.
+    pub ms: f64,
+    /// The frames with errors.
+    pub failures: Vec<Failure>,
+}
+
+/// A frame that differs from no culling.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct Failure {
+    pub frame: usize,
+    pub size: [u32; 2],
+    pub wrong_pixels: usize,
+    pub false_negatives: usize,
+}
+
+/// Runs the methods over the cases.
+///
+/// # Errors
+/// If a case is refused or does not fit the device, or the device fails.
+pub fn run(
+    gpu: &Gpu,
+    options: &HardCaseOptions,
+    progress: &ProgressBar,
+) -> Result<HardCaseResults, StudyError> {
+    let missing = |method: &Method| method.features - gpu.device.features();
+    let (fit, unfit) = options
+        .methods
+        .iter()
+        .copied()
+        .partition::<Vec<_>, _>(|method| missing(method).is_empty());
+    progress.set_length(options.cases.len() as u64);
+    let cases = options.cases.iter().map(|case| {
+        progress.set_message(case.name);
+        let result = run_case(gpu, case, &fit, options);
+        progress.inc(1);
+        result
+    });
+    Ok(HardCaseResults {
+        schema: SCHEMA,
+        scale: options.scale.name().to_owned(),
+        size: options.size,
+        cases: cases.collect::<Result<_, _>>()?,
+        adapter: AdapterInfo {
+            name: gpu.info.name.clone(),
+            driver: format!("{} {}", gpu.info.driver, gpu.info.driver_info)
+                .trim()
+                .to_owned(),
+            backend: gpu.info.backend.to_str().to_owned(),
+        },
+        skipped: unfit
+            .into_iter()
+            .map(|method| Skipped {
+                method: method.name.to_owned(),
+                lacks: feature_names(missing(method)),
+            })
+            .collect(),
+    })
+}
+
+fn run_case(
+    gpu: &Gpu,
+    case: &HardCase,
+    methods: &[&'static Method],
+    options: &HardCaseOptions,
+) -> Result<CaseResult, StudyError> {
+    let began = Instant::now();
+    let generated = (case.make)(options.scale);
+    let refused = |source| StudyError::HardCase {
+        case: case.name,
+        source,
+    };
+    let baked = generated.bake().map_err(refused)?;
+    let bake_ms = began.elapsed().as_secs_f64() * 1e3;
+    let stage = Stage::new(gpu, &baked)?;
+    let variants = methods
+        .iter()
+        .flat_map(|method| stage.variants(method))
+        .collect::<Vec<_>>();
+    let mut runs = Vec::new();
+    for depth in DepthConvention::ALL {
+        runs.extend(stage.run(&generated, &variants, depth, options.size)?);
+    }
+    let scene = baked.scene();
+    Ok(CaseResult {
+        case: case.name.to_owned(),
+        failure: case.failure.to_owned(),
+        objects: scene.objects.len(),
+        triangles: scene.drawn_triangle_count(),
+        views: generated.view_count(),
+        bake_ms,
+        runs,
+    })
+}
+
+/// A method as it is run: in a mode, with a tree.
+#[derive(Clone, Copy)]
+struct Variant<'a> {
+    method: &'static Method,
+    mode: Option<&'static str>,
+    tree: Option<&'a Tree>,
+}
+
+/// A scene on the device with all its trees.
+struct Stage<'a> {
+    gpu: &'a Gpu,
+    scene: Scene,
+    trees: Vec<Tree>,
+}
+
+impl<'a> Stage<'a> {
+    fn new(gpu: &'a Gpu, baked: &BakedScene) -> Result<Self, StudyError> {
+        let scene = Scene::upload(&gpu.device, baked.scene())?;
+        let trees = splits(baked.scene())
+            .into_iter()
+            .map(|split| Tree::upload(&gpu.device, baked.scene(), split));
+        let trees = trees.collect::<Result<_, _>>()?;
+        gpu.check()?;
+        Ok(Self { gpu, scene, trees })
+    }
+
+    /// All ways to run `method`.
+    fn variants(&self, method: &'static Method) -> Vec<Variant<'_>> {
+        let modes = if method.modes.is_empty() {
+            vec![None]
+        } else {
+            method.modes.iter().copied().map(Some).collect()
+        };
+        let trees = if method.uses_tree {
+            self.trees.iter().map(Some).collect()
+        } else {
+            vec![None]
+        };
+        let with_trees = |mode| {
+            trees
+                .iter()
+                .map(move |&tree| Variant { method, mode, tree })
+                .collect::<Vec<_>>()
+        };
+        modes.into_iter().flat_map(with_trees).collect()
+    }
+
+    /// All variants side by side: only one true image at a time has to be kept.
+    fn run(
+        &self,
+        case: &CaseScene,
+        variants: &[Variant<'_>],
+        depth: DepthConvention,
+        size: [u32; 2],
+    ) -> Result<Vec<MethodResult>, StudyError> {
+        let device = &self.gpu.device;
+        let size_of = |frame: &CaseFrame| frame.size.unwrap_or(size);
+        let mut targets = FrameTargets::new(device, case.frames.first().map_or(size, size_of));
+        let mut drawer = ObjectDrawer::new(device, &self.scene, &targets, depth);
+        let mut truth = Noc::new(device, &self.scene, depth);
+        let make = |variant: &Variant<'_>| self.method(variant, depth);
+        let mut methods = (0..case.view_count())
+            .map(|_| variants.iter().map(make).collect::<Vec<_>>())
+            .collect::<Vec<_>>();
+        self.gpu.check()?;
+        let mut results = variants
+            .iter()
+            .map(|variant| variant.result(depth))
+            .collect::<Vec<_>>();
+        for (number, frame) in case.frames.iter().enumerate() {
+            let size = size_of(frame);
+            if targets.targets().size != size {
+                self.gpu.check_size(size)?;
+                targets = FrameTargets::new(device, size);
+                drawer.draw_into(&targets);
+            }
+            let (truth, _) = self.draw(&mut truth, &mut drawer, &targets, frame, number)?;
+            for (method, result) in methods[frame.view].iter_mut().zip(&mut results) {
+                let (image, ms) = self.draw(&mut **method, &mut drawer, &targets, frame, number)?;
+                result.add(number, size, &truth, &image, &self.drawn(&**method), ms);
+            }
+        }
+        Ok(results)
+    }
+
+    fn method(&self, variant: &Variant<'_>, depth: DepthConvention) -> Box<dyn CullingMethod> {
+        (variant.method.make)(&Parts {
+            device: &self.gpu.device,
+            queue: &self.gpu.queue,
+            scene: &self.scene,
+            tree: variant.tree,
+            depth,
+            mode: variant.mode.unwrap_or_default(),
+            grouping: Grouping::default(),
+            count_work: false,
+        })
+    }
+
+    /// Draws a frame; the image, and how long it took without reading it.
+    fn draw(
+        &self,
+        method: &mut dyn CullingMethod,
+        drawer: &mut ObjectDrawer,
+        targets: &FrameTargets,
+        frame: &CaseFrame,
+        number: usize,
+    ) -> Result<(Image, f64), StudyError> {
+        let gpu = self.gpu;
+        let at = |source| StudyError::Camera {
+            frame: number as u32,
+            source,
+        };
+        let began = Instant::now();
+        let mut encoder = gpu.encoder();
+        drawer
+            .set_camera(
+                &gpu.queue,
+                &frame.camera,
+                method.depth(),
+                targets.targets().size,
+            )
+            .map_err(at)?;
+        let mut context = FrameContext {
+            device: &gpu.device,
+            queue: &gpu.queue,
+            encoder: &mut encoder,
+            camera: &frame.camera,
+            targets: targets.targets(),
+            observer: None,
+        };
+        method.encode(&mut context, drawer).map_err(at)?;
+        gpu.submit_and_wait(encoder)?;
+        let ms = began.elapsed().as_secs_f64() * 1e3;
+        let mut encoder = gpu.encoder();
+        let copy = ImageCopy::record(&gpu.device, &mut encoder, targets);
+        gpu.submit_and_wait(encoder)?;
+        Ok((copy.wait(&gpu.device), ms))
+    }
+
+    /// V united with U of the frame drawn last.
+    fn drawn(&self, method: &dyn CullingMethod) -> IdSet {
+        let sets = method.sets();
+        [sets.potential_occluders, sets.potentially_visible]
+            .into_iter()
+            .flatten()
+            .map(|set| IdSet::from_words(readback::words(&self.gpu.device, &self.gpu.queue, set)))
+            .fold(IdSet::default(), |all, set| all.union(&set))
+    }
+}
+
+/// The trees to run with; an empty scene has none, and any name gives the empty tree.
+fn splits(scene: &ArchivedScene) -> Vec<&str> {
+    let splits = scene
+        .bvhs
+        .iter()
+        .map(|bvh| bvh.split.as_str())
+        .collect::<Vec<_>>();
+    if splits.is_empty() {
+        vec!["sah"]
+    } else {
+        splits
+    }
+}
+
+impl Variant<'_> {
+    fn result(&self, depth: DepthConvention) -> MethodResult {
+        MethodResult {
+            method: self.method.name.to_owned(),
+            mode: self.mode.map(str::to_owned),
+            split: self.tree.map(|tree| tree.split.clone()),
+            depth: depth.name().to_owned(),
+            exactness: self.method.exactness.name().to_owned(),
+            frames: 0,
+            wrong_pixels: 0,
+            false_negatives: 0,
+            depth_ties: 0,
+            visible: 0,
+            drawn: 0,
+            ms: 0.0,
+            failures: Vec::new(),
+        }
+    }
+}
+
+impl MethodResult {
+    fn add(
+        &mut self,
+        frame: usize,
+        size: [u32; 2],
+        truth: &Image,
+        image: &Image,
+        drawn: &IdSet,
+        ms: f64,
+    ) {
+        let check = FrameCheck::new(truth, image, drawn);
+        let FrameCheck {
+            wrong_pixels,
+            false_negatives,
+            ..
+        } = check;
+        self.frames += 1;
+        self.wrong_pixels += wrong_pixels;
+        self.false_negatives += false_negatives;
+        self.depth_ties += check.depth_ties;
+        self.visible += check.visible;
+        self.drawn += drawn.len();
+        self.ms += ms;
+        if !check.passed() {
+            self.failures.push(Failure {
+                frame,
+                size,
+                wrong_pixels,
+                false_negatives,
+            });
+        }
+    }
+
+    /// Errors of a method that may have none.
+    pub fn failed(&self) -> bool {
+        self.exactness == Exactness::Exact.name() && !self.failures.is_empty()
+    }
+
+    /// Method, mode and tree.
+    pub fn label(&self) -> String {
+        [Some(&self.method), self.mode.as_ref(), self.split.as_ref()]
+            .into_iter()
+            .flatten()
+            .map(String::as_str)
+            .collect::<Vec<_>>()
+            .join(" ")
+    }
+}
+
+impl HardCaseResults {
+    /// A method that claims to be exact was not.
+    pub fn failed(&self) -> bool {
+        self.cases
+            .iter()
+            .flat_map(|case| &case.runs)
+            .any(MethodResult::failed)
+    }
+
+    /// As JSON, with a line's end.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("plain data") + "\n"
+    }
+
+    /// A table of case x method, both depth conventions together, then what failed.
+    pub fn markdown(&self) -> String {
+        let mut rows = Vec::new();
+        for case in &self.cases {
+            let once = |run: &&MethodResult| run.depth == DepthConvention::ALL[0].name();
+            for label in case.runs.iter().filter(once).map(MethodResult::label) {
+                let runs = || case.runs.iter().filter(|run| run.label() == label);
+                let sum =
+                    |part: fn(&MethodResult) -> usize| runs().map(part).sum::<usize>().to_string();
+                let frames = runs().map(|run| run.frames).sum::<u32>();
+                let ms = runs().map(|run| run.ms).sum::<f64>() / f64::from(frames.max(1));
+                rows.push([
+                    case.case.clone(),
+                    label.clone(),
+                    sum(|run| run.wrong_pixels),
+                    sum(|run| run.false_negatives),
+                    sum(|run| run.depth_ties),
+                    frames.to_string(),
+                    case.objects.to_string(),
+                    sum(|run| run.drawn),
+                    sum(|run| run.visible),
+                    format!("{ms:.2}"),
+                ]);
+            }
+        }
+        let head = [
+            "case",
+            "method",
+            "wrong pixels",
+            "false negatives",
+            "depth ties",
+            "frames",
+            "objects",
+            "drawn",
+            "visible",
+            "ms/frame",
+        ];
+        let mut text = table::markdown(head, rows);
+        for skipped in &self.skipped {
+            text += &format!(
+                "\nleft out: {} needs {}, which this device lacks\n",
+                skipped.method, skipped.lacks
+            );
+        }
+        for case in &self.cases {
+            for run in case.runs.iter().filter(|run| run.failed()) {
+                let Failure {
+                    frame,
+                    size,
+                    wrong_pixels,
+                    false_negatives,
+                } = run.failures[0];
+                text += &format!(
+                    "\nFAILED: {} by {} ({} depth): {} of {} frames differ from no culling, first frame {frame} at {}x{}: {wrong_pixels} wrong pixels, {false_negatives} false negatives\n",
+                    case.case,
+                    run.label(),
+                    run.depth,
+                    run.failures.len(),
+                    run.frames,
+                    size[0],
+                    size[1],
+                );
+            }
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hroc_format::NO_OBJECT;
+
+    fn image(depth: f32, item: u32) -> Image {
+        Image {
+            depth_bits: vec![depth.to_bits()],
+            items: vec![item],
+        }
+    }
+
+    #[test]
+    fn a_lost_object_fails_an_exact_method_and_is_reported_of_an_approximate_one() {
+        let method = |name| crate::registry::method(name).unwrap();
+        let variant = |method| Variant {
+            method,
+            mode: Some("of"),
+            tree: None,
+        };
+        let mut run = variant(method("hroc")).result(DepthConvention::Reversed);
+        let (truth, lost) = (image(0.5, 3), image(0.0, NO_OBJECT));
+        run.add(0, [1, 1], &truth, &truth, &[3].into_iter().collect(), 1.0);
+        assert!(!run.failed());
+        run.add(1, [1, 1], &truth, &lost, &IdSet::default(), 1.0);
+        assert!(run.failed());
+        assert_eq!((run.frames, run.visible, run.drawn), (2, 2, 1));
+        let mut results = HardCaseResults {
+            schema: SCHEMA,
+            scale: Scale::Small.name().to_owned(),
+            size: [1, 1],
+            adapter: AdapterInfo {
+                name: String::new(),
+                driver: String::new(),
+                backend: String::new(),
+            },
+            skipped: Vec::new(),
+            cases: vec![CaseResult {
+                case: "two-objects".to_owned(),
+                failure: String::new(),
+                objects: 2,
+                triangles: 24,
+                views: 1,
+                bake_ms: 1.0,
+                runs: vec![run],
+            }],
+        };
+        assert!(results.failed());
+        let told = "FAILED: two-objects by hroc of (reversed depth): 1 of 2 frames differ from no culling, first frame 1 at 1x1: 1 wrong pixels, 1 false negatives";
+        assert!(results.markdown().contains(told), "{}", results.markdown());
+        let again = serde_json::from_str::<HardCaseResults>(&results.to_json()).unwrap();
+        assert_eq!(again, results);
+
+        results.cases[0].runs[0].exactness = Exactness::Approximate.name().to_owned();
+        assert!(!results.failed() && !results.markdown().contains("FAILED"));
+        assert_eq!(results.cases[0].runs[0].wrong_pixels, 1);
+    }
+}
