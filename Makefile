@@ -5,6 +5,8 @@
 SHELL := bash
 CARGO ?= cargo
 OUT := target/demo
+# Mesa complains about its absence although nothing here opens a window.
+export XDG_RUNTIME_DIR ?= /tmp
 RELEASE := target/release
 
 # Bakes a generated city, runs HROC through it, checks every frame against drawing everything.
