@@ -34,3 +34,8 @@ pub use method::{CullingMethod, FrameContext, HostSync, Sets};
 pub use noc::Noc;
 pub use scene::{Scene, SceneShape, Tree, UploadError};
 pub use stage::{Stage, StageObserver};
+
+/// Compiles the README's Rust.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;
