@@ -6,41 +6,64 @@ use hroc_runtime::{
     CullingMethod, DepthConvention, Grouping, Hroc, HrocOptions, Noc, Projection, Submission,
 };
 use hroc_study::hard_cases::{CASES, CaseFrame, Scale, case};
+use hroc_study::registry::{Exactness, METHODS, Parts};
 use hroc_tests::host::{Difference, Host, World, difference};
 use hroc_tests::{Gpu, gpu};
 
 const SIZE: [u32; 2] = Scale::Small.size();
 
+/// Every exact method of the registry in every mode with every tree, groupings in turn; and HROC by the
+/// submission that the device would not choose.
 fn methods(
     gpu: &Gpu,
     world: &World,
     depth: DepthConvention,
 ) -> Vec<(String, Box<dyn CullingMethod>)> {
-    let mut methods: Vec<(String, Box<dyn CullingMethod>)> = Vec::new();
-    // Every tree, both groupings and both submissions, in four combinations.
-    let best = Submission::of(gpu.device.features());
     let adaptive = Grouping::Adaptive { box_cost: 64.0 };
-    let groupings = [Grouping::Published, adaptive, Grouping::Published];
-    let trees = world.trees.iter().zip(groupings);
-    let combinations = trees
-        .map(|(tree, grouping)| (tree, best, grouping))
-        .chain([(&world.trees[0], Submission::ZeroedTail, adaptive)]);
-    for (tree, submission, grouping) in combinations {
-        let options = HrocOptions {
-            depth,
-            grouping,
-            submission: Some(submission),
-            ..Default::default()
+    let groupings = [Grouping::Published, adaptive];
+    let mut methods = Vec::new();
+    for method in METHODS.iter().filter(|m| m.exactness == Exactness::Exact) {
+        let modes = if method.modes.is_empty() {
+            &[""]
+        } else {
+            method.modes
         };
-        let hroc = Hroc::new(&gpu.device, &gpu.queue, &world.scene, tree, options);
-        let name = format!(
-            "hroc {} {} {}",
-            tree.split,
-            submission.name(),
-            grouping.name()
-        );
-        methods.push((name, Box::new(hroc)));
+        let trees = if method.uses_tree {
+            &world.trees[..]
+        } else {
+            &world.trees[..1]
+        };
+        for mode in modes {
+            for (tree, grouping) in trees.iter().zip(groupings.into_iter().cycle()) {
+                let made = (method.make)(&Parts {
+                    device: &gpu.device,
+                    queue: &gpu.queue,
+                    scene: &world.scene,
+                    tree: Some(tree),
+                    depth,
+                    mode,
+                    grouping,
+                    count_work: false,
+                });
+                let name = format!("{} {mode} {} {}", method.name, tree.split, grouping.name());
+                methods.push((name, made));
+            }
+        }
     }
+    let options = HrocOptions {
+        depth,
+        grouping: adaptive,
+        submission: Some(Submission::ZeroedTail),
+        ..Default::default()
+    };
+    let hroc = Hroc::new(
+        &gpu.device,
+        &gpu.queue,
+        &world.scene,
+        &world.trees[0],
+        options,
+    );
+    methods.push(("hroc zeroed-tail".to_owned(), Box::new(hroc)));
     methods
 }
 
