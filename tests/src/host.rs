@@ -7,8 +7,8 @@ use hroc_runtime::{
     Camera, CullingMethod, DepthConvention, Draw, Drawer, FrameContext, FrameUniform, Scene, Stage,
     Targets, Tree,
 };
-
 use hroc_study::hard_cases::CaseFrame;
+use hroc_study::targets::FrameTargets;
 
 use crate::Gpu;
 
@@ -112,51 +112,6 @@ impl Frame {
     }
 }
 
-/// Targets of one size.
-#[derive(Debug)]
-struct HostTargets {
-    depth: wgpu::Texture,
-    item_buffer: wgpu::Texture,
-    depth_view: wgpu::TextureView,
-    item_view: wgpu::TextureView,
-}
-
-impl HostTargets {
-    fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
-        let texture = |label, format| {
-            device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d {
-                    width: size[0],
-                    height: size[1],
-                    depth_or_array_layers: 1,
-                },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-                    | wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
-            })
-        };
-        let depth = texture("depth", Targets::DEPTH_FORMAT);
-        let item_buffer = texture("item_buffer", Targets::ITEM_FORMAT);
-        let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
-        Self {
-            depth_view: view(&depth),
-            item_view: view(&item_buffer),
-            depth,
-            item_buffer,
-        }
-    }
-
-    fn size(&self) -> [u32; 2] {
-        [self.depth.width(), self.depth.height()]
-    }
-}
-
 /// Targets and pipeline for one depth convention.
 #[derive(Debug)]
 pub struct Host<'g> {
@@ -164,7 +119,7 @@ pub struct Host<'g> {
     /// Of frames that have none of their own.
     size: [u32; 2],
     depth: DepthConvention,
-    targets: HostTargets,
+    targets: FrameTargets,
     frame_uniform: wgpu::Buffer,
     pipeline: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
@@ -186,7 +141,7 @@ impl<'g> Host<'g> {
         guarded: bool,
     ) -> Self {
         let device = &gpu.device;
-        let targets = HostTargets::new(device, size);
+        let targets = FrameTargets::new(device, size);
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("draw"),
             source: wgpu::ShaderSource::Wgsl(hroc_shaders::resolve(DRAW).unwrap().into()),
@@ -265,8 +220,8 @@ impl<'g> Host<'g> {
     /// Runs one frame of a case, in its own size if it has one.
     pub fn render_frame(&mut self, method: &mut dyn CullingMethod, frame: &CaseFrame) -> Frame {
         let size = frame.size.unwrap_or(self.size);
-        if self.targets.size() != size {
-            self.targets = HostTargets::new(&self.gpu.device, size);
+        if self.targets.targets().size != size {
+            self.targets = FrameTargets::new(&self.gpu.device, size);
         }
         self.render(method, &frame.camera)
     }
@@ -278,18 +233,13 @@ impl<'g> Host<'g> {
     pub fn render(&self, method: &mut dyn CullingMethod, camera: &Camera) -> Frame {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let shape = &self.scene.shape;
-        let size = self.targets.size();
-        let uniform = FrameUniform::new(camera, self.depth, size, shape).unwrap();
+        let targets = self.targets.targets();
+        let uniform = FrameUniform::new(camera, self.depth, targets.size, shape).unwrap();
         queue.write_buffer(&self.frame_uniform, 0, bytemuck::bytes_of(&uniform));
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut drawer = RecordingDrawer {
             host: self,
             occlusion_map: None,
-        };
-        let targets = Targets {
-            depth: &self.targets.depth_view,
-            item_buffer: &self.targets.item_view,
-            size,
         };
         let mut context = FrameContext {
             device,

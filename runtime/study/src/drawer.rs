@@ -1,7 +1,7 @@
 //! The study's own rendering behind the runtime's [`Drawer`] seam: one pipeline for every pass of a frame.
 
 use hroc_runtime::{
-    Camera, CameraError, DepthConvention, Draw, Drawer, FrameUniform, Scene, SceneShape, Targets,
+    Camera, CameraError, DepthConvention, Draw, Drawer, FrameUniform, Scene, Targets,
 };
 
 use crate::targets::FrameTargets;
@@ -148,19 +148,6 @@ impl ObjectDrawer {
         queue.write_buffer(&self.eye, 0, bytemuck::bytes_of(&eye));
         Ok(())
     }
-}
-
-/// The matrix that geometry is drawn with, as the GPU gets it.
-///
-/// # Errors
-/// If the camera or the size is degenerate.
-pub fn clip_from_world(
-    camera: &Camera,
-    depth: DepthConvention,
-    size: [u32; 2],
-    shape: &SceneShape,
-) -> Result<[[f32; 4]; 4], CameraError> {
-    Ok(FrameUniform::new(camera, depth, size, shape)?.clip_from_world)
 }
 
 impl Drawer for ObjectDrawer {
