@@ -10,8 +10,8 @@ use std::error::Error;
 use hroc_format::BakedScene;
 use hroc_runtime::camera::look_to;
 use hroc_runtime::{
-    Camera, CullingMethod, DepthConvention, Draw, Drawer, FrameContext, FrameUniform, Hroc,
-    HrocOptions, Noc, Projection, Scene, Targets, Tree, device, readback,
+    Camera, CullingMethod, DepthConvention, DeviceProfile, Draw, Drawer, FrameContext,
+    FrameUniform, Hroc, HrocOptions, Noc, Projection, Scene, Targets, Tree, device, readback,
 };
 
 const SIZE: [u32; 2] = [640, 360];
@@ -91,12 +91,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // Scene, one of its trees, and culling with the history of one view.
     let baked = BakedScene::open_checked(&path)?;
-    let scene = Scene::upload(&gpu, baked.scene())?;
+    let profile = DeviceProfile::probe(&gpu, &queue);
+    let scene = Scene::upload(&gpu, &profile, baked.scene())?;
     let tree = Tree::upload(&gpu, baked.scene(), "sah")?;
     let depth = DepthConvention::Reversed;
     let mut hroc = Hroc::new(
         &gpu,
-        &queue,
         &scene,
         &tree,
         HrocOptions {
@@ -161,6 +161,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 device: &gpu,
                 queue: &queue,
                 encoder: &mut encoder,
+                scene: &scene,
                 camera: &camera,
                 targets,
                 observer: None,
@@ -205,6 +206,7 @@ fn round_the_scene(scene: &Scene, turn: f64) -> Camera {
         projection: Projection::Perspective { fov_y_rad: 1.0 },
         near: 1e-3 * radius,
         far: None,
+        jitter_px: [0.0; 2],
     }
 }
 

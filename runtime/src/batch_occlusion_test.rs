@@ -1,8 +1,10 @@
 //! `batch_occlusion_test`: rasterize the groups' bounds, cast a ray per fragment the map does not hide.
 
 use crate::camera::DepthConvention;
+use crate::device::EarlyZ;
 use crate::draw::Targets;
 use crate::gpu::{self, Access};
+use crate::mutant::Mutant;
 use crate::scene::Tree;
 
 /// Where the stage reads and writes.
@@ -14,6 +16,18 @@ pub(crate) struct TestBuffers<'a> {
     pub potentially_visible: &'a wgpu::Buffer,
     pub work: &'a wgpu::Buffer,
     pub grouping: &'a wgpu::Buffer,
+    pub flagged_nodes: &'a wgpu::Buffer,
+    pub object_bounds: &'a wgpu::Buffer,
+}
+
+/// Variants of the stage.
+#[derive(Clone, Copy)]
+pub(crate) struct TestOptions {
+    pub depth: DepthConvention,
+    pub early_z: EarlyZ,
+    pub prune: bool,
+    pub count_work: bool,
+    pub mutant: Mutant,
 }
 
 /// Pipeline and bindings of one view.
@@ -22,22 +36,25 @@ pub(crate) struct BatchOcclusionTest {
     pipeline: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
     map_layout: wgpu::BindGroupLayout,
+    flagged_nodes: wgpu::Buffer,
+    early_z: EarlyZ,
 }
 
 impl BatchOcclusionTest {
-    pub fn new(
-        device: &wgpu::Device,
-        depth: DepthConvention,
-        count_work: bool,
-        buffers: &TestBuffers<'_>,
-    ) -> Self {
+    pub fn new(device: &wgpu::Device, options: TestOptions, buffers: &TestBuffers<'_>) -> Self {
         use Access::{Read, ReadWrite, Uniform};
-        let module = gpu::shader(device, "batch_occlusion_test");
+        let (name, entry_point) = match options.early_z {
+            EarlyZ::Forced => ("batch_occlusion_test_early", "cast_ray_early"),
+            EarlyZ::Sampled => ("batch_occlusion_test", "cast_ray"),
+        };
+        let module = gpu::shader(device, name);
         let layout = gpu::buffer_layout(
             device,
             "batch_occlusion_test",
             wgpu::ShaderStages::VERTEX_FRAGMENT,
-            &[Uniform, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite],
+            &[
+                Uniform, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, Read, ReadWrite, Read,
+            ],
         );
         let map_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("occlusion_map"),
@@ -58,9 +75,19 @@ impl BatchOcclusionTest {
             immediate_size: 0,
         });
         let constants = [
-            depth.constants()[0],
-            ("COUNT_WORK", f64::from(u8::from(count_work))),
+            options.depth.constants()[0],
+            options.mutant.constant(),
+            ("COUNT_WORK", gpu::flag(options.count_work)),
+            ("PRUNE", gpu::flag(options.prune)),
         ];
+        // Equality passes: what decides is in the shader.
+        let depth_stencil = wgpu::DepthStencilState {
+            format: Targets::DEPTH_FORMAT,
+            depth_write_enabled: Some(false),
+            depth_compare: Some(options.depth.nearer_or_equal()),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        };
         let compilation_options = wgpu::PipelineCompilationOptions {
             constants: &constants,
             ..Default::default()
@@ -81,13 +108,13 @@ impl BatchOcclusionTest {
                 cull_mode: Some(wgpu::Face::Back),
                 ..Default::default()
             },
-            depth_stencil: None,
+            depth_stencil: (options.early_z == EarlyZ::Forced).then_some(depth_stencil),
             multisample: wgpu::MultisampleState::default(),
             fragment: Some(wgpu::FragmentState {
                 module: &module,
-                entry_point: Some("cast_ray"),
+                entry_point: Some(entry_point),
                 compilation_options,
-                // A pass needs an attachment, and the map cannot be one: it is sampled.
+                // A pass needs an attachment; the map is one on some paths only.
                 targets: &[Some(wgpu::ColorTargetState {
                     format: Targets::ITEM_FORMAT,
                     blend: None,
@@ -110,12 +137,17 @@ impl BatchOcclusionTest {
                 b.potentially_visible,
                 b.work,
                 b.grouping,
+                &b.tree.parents,
+                b.flagged_nodes,
+                b.object_bounds,
             ],
         );
         Self {
             pipeline,
             group,
             map_layout,
+            flagged_nodes: b.flagged_nodes.clone(),
+            early_z: options.early_z,
         }
     }
 
@@ -126,6 +158,7 @@ impl BatchOcclusionTest {
         targets: &Targets<'_>,
         group_draw: &wgpu::Buffer,
     ) {
+        encoder.clear_buffer(&self.flagged_nodes, 0, None);
         // The host may hand over other targets in every frame, so the group is made anew.
         let map = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("occlusion_map"),
@@ -146,6 +179,14 @@ impl BatchOcclusionTest {
                     store: wgpu::StoreOp::Store,
                 },
             })],
+            // Without operations it is read-only, and may be sampled as well.
+            depth_stencil_attachment: (self.early_z == EarlyZ::Forced).then_some(
+                wgpu::RenderPassDepthStencilAttachment {
+                    view: targets.depth,
+                    depth_ops: None,
+                    stencil_ops: None,
+                },
+            ),
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);

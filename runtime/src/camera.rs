@@ -33,6 +33,14 @@ impl DepthConvention {
         }
     }
 
+    /// The comparison of passes that only ask what lies behind the map.
+    pub const fn nearer_or_equal(self) -> wgpu::CompareFunction {
+        match self {
+            Self::Standard => wgpu::CompareFunction::LessEqual,
+            Self::Reversed => wgpu::CompareFunction::GreaterEqual,
+        }
+    }
+
     /// The pipeline constants of shaders that import `common/bounds` or `object` of hroc-shaders.
     pub const fn constants(self) -> [(&'static str, f64); 1] {
         match self {
@@ -79,6 +87,9 @@ pub struct Camera {
     pub near: f64,
     /// Distance of the far plane; `None`: infinite (orthographic: just behind the scene).
     pub far: Option<f64>,
+    /// By how much the image is shifted, pixels, right and down: the subpixel jitter of temporal
+    /// antialiasing. Zero for none.
+    pub jitter_px: [f64; 2],
 }
 
 /// The orientation of a camera that looks along `direction` with `up` upward in the image. Neither needs to
@@ -130,6 +141,8 @@ pub(crate) struct View {
     /// Perspective: tangents of half the fields of view. Orthographic: half extents.
     pub half_width: f64,
     pub half_height: f64,
+    /// Where the middle of the image lies, right and up, in the units of the halves; 0 without jitter.
+    pub middle: [f64; 2],
     pub perspective: bool,
     pub near: f64,
     /// Infinite allowed in perspective.
@@ -173,6 +186,7 @@ impl Camera {
             ("orientation", self.orientation.is_finite()),
             ("near plane", self.near.is_finite()),
             ("far plane", self.far.is_none_or(f64::is_finite)),
+            ("jitter", self.jitter_px.iter().all(|px| px.is_finite())),
         ] {
             if !finite {
                 return Err(CameraError::NotFinite(name));
@@ -225,6 +239,11 @@ impl Camera {
             forward: orientation * DVec3::NEG_Z,
             half_width: half_height * aspect,
             half_height,
+            // An image shifted to the right shows what lies to the left.
+            middle: [
+                -self.jitter_px[0] * 2.0 * half_height * aspect / f64::from(size[0]),
+                self.jitter_px[1] * 2.0 * half_height / f64::from(size[1]),
+            ],
             perspective,
             near,
             far,
@@ -236,17 +255,33 @@ impl Camera {
 
 impl View {
     pub(crate) fn clip_from_world(&self) -> DMat4 {
-        let row = |axis: DVec3, scale: f64| (axis * scale).extend(-scale * axis.dot(self.eye));
         let depth = self.forward.extend(-self.forward.dot(self.eye));
         let z = depth * self.z_scale + DVec4::W * self.z_offset;
         let w = if self.perspective { depth } else { DVec4::W };
+        let row = |axis: DVec3, half: f64, middle: f64| {
+            axis.extend(-axis.dot(self.eye)) / half - w * (middle / half)
+        };
+        let [x, y] = self.middle;
         DMat4::from_cols(
-            row(self.right, 1.0 / self.half_width),
-            row(self.up, 1.0 / self.half_height),
+            row(self.right, self.half_width, x),
+            row(self.up, self.half_height, y),
             z,
             w,
         )
         .transpose()
+    }
+
+    /// From the view's axis to the middle of the image, at unit depth or in world.
+    pub(crate) fn shift(&self) -> DVec3 {
+        self.right * self.middle[0] + self.up * self.middle[1]
+    }
+
+    /// How far the image reaches from the view's axis, right and up, in the units of the halves.
+    pub(crate) fn reach_across(&self) -> [f64; 2] {
+        [
+            self.half_width + self.middle[0].abs(),
+            self.half_height + self.middle[1].abs(),
+        ]
     }
 }
 

@@ -1,6 +1,13 @@
-//! What hroc needs of a device.
+//! What hroc needs of a device, and what it finds out about it at start.
+
+mod rasterizer;
 
 use wgpu::Features;
+
+use crate::draw::Submission;
+use crate::mutant::Mutant;
+
+pub use rasterizer::COARSEST_SUBPIXEL_STEP_PX;
 
 /// Why an adapter cannot run hroc.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -17,8 +24,9 @@ pub enum DeviceError {
 
 /// Features without which nothing works: the object's id travels as the first instance of its draw.
 pub const REQUIRED: Features = Features::INDIRECT_FIRST_INSTANCE;
-/// Features that hroc uses where they are.
-pub const USED: Features = Features::MULTI_DRAW_INDIRECT_COUNT;
+/// Features that hroc uses where they are; without one the next path is taken, with the same image.
+pub const USED: Features =
+    Features::MULTI_DRAW_INDIRECT_COUNT.union(Features::SHADER_EARLY_DEPTH_TEST);
 
 /// The features to request from `adapter`, beside the host's own.
 ///
@@ -45,5 +53,84 @@ pub fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
         max_storage_buffers_per_shader_stage: 10,
         max_texture_dimension_2d: offered.max_texture_dimension_2d,
         ..wgpu::Limits::default()
+    }
+}
+
+/// How fragments of the groups' boxes that lie behind the occlusion map are turned away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum EarlyZ {
+    /// By the rasterizer, before the shader runs. What is left is compared in the shader.
+    Forced,
+    /// In the shader, which samples the map.
+    Sampled,
+}
+
+impl EarlyZ {
+    /// Every path, the best first.
+    pub const ALL: [Self; 2] = [Self::Forced, Self::Sampled];
+
+    /// The best that a device with `features` offers.
+    pub fn of(features: Features) -> Self {
+        if features.contains(Features::SHADER_EARLY_DEPTH_TEST) {
+            Self::Forced
+        } else {
+            Self::Sampled
+        }
+    }
+
+    /// `forced` or `sampled`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Forced => "forced",
+            Self::Sampled => "sampled",
+        }
+    }
+}
+
+/// The paths to take on a device, and what its rasterizer does. A scene is uploaded for one; methods over the
+/// scene go by it. Change a field to force a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviceProfile {
+    /// How draw lists are submitted.
+    pub submission: Submission,
+    /// How hidden fragments of boxes are turned away.
+    pub early_z: EarlyZ,
+    /// The grid that the rasterizer moves vertices to, pixels; bounds grow by it.
+    pub subpixel_step_px: f64,
+    #[doc(hidden)]
+    pub mutant: Mutant,
+}
+
+impl DeviceProfile {
+    /// What can be told without running anything: the coarsest grid that the API allows is assumed.
+    pub fn assumed(device: &wgpu::Device) -> Self {
+        Self {
+            submission: Submission::of(device.features()),
+            early_z: EarlyZ::of(device.features()),
+            subpixel_step_px: COARSEST_SUBPIXEL_STEP_PX,
+            mutant: Mutant::None,
+        }
+    }
+
+    /// The features that its paths need.
+    pub fn features(&self) -> Features {
+        let mut features = REQUIRED;
+        features.set(
+            Features::MULTI_DRAW_INDIRECT_COUNT,
+            self.submission == Submission::IndirectCount,
+        );
+        features.set(
+            Features::SHADER_EARLY_DEPTH_TEST,
+            self.early_z == EarlyZ::Forced,
+        );
+        features
+    }
+
+    /// Finds out by drawing two rows of pixels. Submits and waits.
+    pub fn probe(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        Self {
+            subpixel_step_px: rasterizer::subpixel_step_px(device, queue),
+            ..Self::assumed(device)
+        }
     }
 }

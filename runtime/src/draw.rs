@@ -3,17 +3,23 @@
 use crate::camera::DepthConvention;
 use crate::stage::Stage;
 
-/// How draw lists are submitted, the best the device can do.
+/// How draw lists are submitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Submission {
     /// One multi-draw whose count the GPU reads from a buffer.
     IndirectCount,
     /// One multi-draw over the whole capacity, with the commands past the count zeroed.
     ZeroedTail,
+    /// One indirect draw per command of the whole capacity, with the commands past the count zeroed.
+    DrawLoop,
 }
 
 impl Submission {
-    /// The best that a device with `features` offers.
+    /// Every path, the best first.
+    pub const ALL: [Self; 3] = [Self::IndirectCount, Self::ZeroedTail, Self::DrawLoop];
+
+    /// The best that a device with `features` offers. Multi-draws are there on every device: where the API
+    /// has none, wgpu records the loop itself.
     pub fn of(features: wgpu::Features) -> Self {
         if features.contains(wgpu::Features::MULTI_DRAW_INDIRECT_COUNT) {
             Self::IndirectCount
@@ -22,11 +28,12 @@ impl Submission {
         }
     }
 
-    /// `indirect-count` or `zeroed-tail`.
+    /// `indirect-count`, `zeroed-tail` or `draw-loop`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::IndirectCount => "indirect-count",
             Self::ZeroedTail => "zeroed-tail",
+            Self::DrawLoop => "draw-loop",
         }
     }
 }
@@ -57,34 +64,71 @@ impl Targets<'_> {
 pub struct DrawList<'a> {
     /// `DrawIndexedIndirectArgs`, 20 bytes each, in object order.
     pub commands: &'a wgpu::Buffer,
-    /// One u32: how many commands there are.
+    /// One u32: how many commands there are, from the first of the buffer.
     pub count: &'a wgpu::Buffer,
-    /// No more commands than this.
-    pub max_count: u32,
+    /// Which commands to submit.
+    pub range: DrawRange,
     /// How to submit them.
     pub submission: Submission,
 }
 
+/// What the host knows of a list's length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DrawRange {
+    /// No more commands than this; only the GPU knows how many.
+    AtMost(u32),
+    /// Exactly these commands, numbered from 0; every one draws something.
+    Exactly {
+        /// The first one.
+        first: u32,
+        /// One past the last one.
+        end: u32,
+    },
+}
+
+const COMMAND_BYTES: u64 = size_of::<wgpu::util::DrawIndexedIndirectArgs>() as u64;
+
 impl DrawList<'_> {
     /// Records the draws; pipeline, bind groups, vertex and index buffers are already set.
     pub fn record(&self, pass: &mut wgpu::RenderPass<'_>) {
-        if self.max_count == 0 {
+        let (first, end) = match self.range {
+            DrawRange::AtMost(end) => (0, end),
+            DrawRange::Exactly { first, end } => (first, end),
+        };
+        let offset = |command: u32| u64::from(command) * COMMAND_BYTES;
+        if first >= end {
             return;
         }
-        match self.submission {
-            Submission::IndirectCount => {
-                pass.multi_draw_indexed_indirect_count(
-                    self.commands,
-                    0,
-                    self.count,
-                    0,
-                    self.max_count,
-                );
+        match (self.submission, self.range) {
+            (Submission::IndirectCount, DrawRange::AtMost(max)) => {
+                pass.multi_draw_indexed_indirect_count(self.commands, 0, self.count, 0, max);
             }
-            Submission::ZeroedTail => {
-                pass.multi_draw_indexed_indirect(self.commands, 0, self.max_count)
+            (Submission::DrawLoop, _) => {
+                for command in first..end {
+                    pass.draw_indexed_indirect(self.commands, offset(command));
+                }
             }
+            _ => pass.multi_draw_indexed_indirect(self.commands, offset(first), end - first),
         }
+    }
+}
+
+/// Where a pass marks what passes the depth test as it is drawn (mark.wgsl).
+#[derive(Clone, Debug)]
+pub struct Marks {
+    /// The bind group of `@group(3)` of mark.wgsl.
+    pub group: wgpu::BindGroup,
+}
+
+impl Marks {
+    /// The index of the bind group.
+    pub const GROUP: u32 = 3;
+
+    /// The layout of the bind group.
+    pub fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+        use crate::gpu::Access::ReadWrite;
+        let stage = wgpu::ShaderStages::FRAGMENT;
+        crate::gpu::buffer_layout(device, "marks", stage, &[ReadWrite, ReadWrite])
     }
 }
 
@@ -101,6 +145,9 @@ pub struct Draw<'a> {
     pub targets: Targets<'a>,
     /// Clear value and comparison of the depth attachment.
     pub depth: DepthConvention,
+    /// Where to mark objects, in modes that ask for it; then the pass draws with a pipeline that includes
+    /// mark.wgsl. A host that cannot do so and ignores it gets the right image, and no occluders.
+    pub marks: Option<&'a Marks>,
 }
 
 impl<'a> Draw<'a> {
@@ -150,7 +197,11 @@ impl<'a> Draw<'a> {
 /// The shaders include `object.wgsl` of hroc-shaders: the vertex shader transforms by its functions, the
 /// fragment shader discards what `hroc_keeps` refuses and writes the object's id to the item buffer. Depth
 /// is compared by [`DepthConvention::nearer`] and written. Every pass of a frame uses the same pipeline
-/// arithmetic.
+/// arithmetic. No fragment shader forces the early depth test, as it discards: see mark.wgsl. Objects that an
+/// alpha test cuts holes into are in the same lists and discard likewise.
+///
+/// [`Stage::RenderBlended`] is different: its objects are blended over the rest, with the same comparison of
+/// depth, but write neither depth nor item buffer.
 pub trait Drawer {
     /// Records a pass that draws `draw.list`. Called even if the list may turn out empty on the GPU, since
     /// the clear must happen.

@@ -2,6 +2,7 @@
 
 use crate::camera::DepthConvention;
 use crate::gpu::{self, Access};
+use crate::mutant::Mutant;
 use crate::scene::{SceneShape, Tree};
 
 /// Vertices of a group's box: one strip.
@@ -51,15 +52,18 @@ pub(crate) struct ExtractBuffers<'a> {
     pub groups: &'a wgpu::Buffer,
     pub group_draw: &'a wgpu::Buffer,
     pub grouping: &'a wgpu::Buffer,
+    pub object_bounds: &'a wgpu::Buffer,
 }
+
+/// A pipeline and its bindings.
+type Dispatch = (wgpu::ComputePipeline, wgpu::BindGroup);
 
 /// Pipelines and bindings of one view.
 #[derive(Debug)]
 pub(crate) struct ExtractGroups {
-    choose_threshold: wgpu::ComputePipeline,
-    climb: wgpu::ComputePipeline,
-    collect: wgpu::ComputePipeline,
-    group: wgpu::BindGroup,
+    choose_threshold: Dispatch,
+    climb: Dispatch,
+    collect: Dispatch,
     visible_nodes: wgpu::Buffer,
     potentially_visible: wgpu::Buffer,
     group_draw: wgpu::Buffer,
@@ -72,53 +76,52 @@ impl ExtractGroups {
         device: &wgpu::Device,
         depth: DepthConvention,
         grouping: Grouping,
+        mutant: Mutant,
         shape: SceneShape,
         buffers: &ExtractBuffers<'_>,
     ) -> Self {
         use Access::{Read, ReadWrite, Uniform};
         let module = gpu::shader(device, "extract_groups");
-        let access = [
-            Uniform, Read, Read, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite,
-            ReadWrite,
-        ];
-        let layout = gpu::buffer_layout(
-            device,
-            "extract_groups",
-            wgpu::ShaderStages::COMPUTE,
-            &access,
-        );
-        let constants = [depth.constants()[0], ("BOX_COST", grouping.box_cost())];
         let b = buffers;
-        let group = gpu::buffer_group(
-            device,
-            "extract_groups",
-            &layout,
-            &[
-                b.frame,
-                &b.tree.nodes,
-                &b.tree.parents,
-                &b.tree.leaf_of_object,
-                b.potential_occluders,
-                b.effective_occluders,
-                b.visible_nodes,
-                b.potentially_visible,
-                b.groups,
-                b.group_draw,
-                b.grouping,
-            ],
-        );
-        let no_groups = gpu::storage(device, "no groups", 16, wgpu::BufferUsages::empty());
+        let all = [
+            (Uniform, b.frame),
+            (Read, &b.tree.nodes),
+            (Read, &b.tree.parents),
+            (Read, &b.tree.leaf_of_object),
+            (Read, b.potential_occluders),
+            (Read, b.effective_occluders),
+            (ReadWrite, b.visible_nodes),
+            (ReadWrite, b.potentially_visible),
+            (ReadWrite, b.groups),
+            (ReadWrite, b.group_draw),
+            (ReadWrite, b.grouping),
+            (Read, b.object_bounds),
+        ];
+        let constants = [
+            depth.constants()[0],
+            mutant.constant(),
+            ("BOX_COST", grouping.box_cost()),
+        ];
+        // Each entry point binds what it uses: together they are more than a stage may have.
+        let dispatch = |entry: &'static str, used: &[u32]| {
+            let at = |&binding: &u32| (binding, all[binding as usize]);
+            let bindings = used.iter().map(at).collect::<Vec<_>>();
+            let access = bindings.iter().map(|&(i, (access, _))| (i, access));
+            let access = access.collect::<Vec<_>>();
+            let stage = wgpu::ShaderStages::COMPUTE;
+            let layout = gpu::sparse_buffer_layout(device, entry, stage, &access);
+            let buffers = bindings.iter().map(|&(i, (_, buffer))| (i, buffer));
+            let buffers = buffers.collect::<Vec<_>>();
+            (
+                gpu::compute(device, &module, entry, &[&layout], &constants),
+                gpu::sparse_buffer_group(device, entry, &layout, &buffers),
+            )
+        };
+        let no_groups = gpu::storage_with(device, "no groups", &[BOX_VERTICES, 0, 0, 0]);
         Self {
-            choose_threshold: gpu::compute(
-                device,
-                &module,
-                "choose_threshold",
-                &[&layout],
-                &constants,
-            ),
-            climb: gpu::compute(device, &module, "climb", &[&layout], &constants),
-            collect: gpu::compute(device, &module, "collect", &[&layout], &constants),
-            group,
+            choose_threshold: dispatch("choose_threshold", &[10]),
+            climb: dispatch("climb", &[0, 2, 3, 5, 6]),
+            collect: dispatch("collect", &[0, 1, 2, 4, 6, 7, 8, 9, 10, 11]),
             visible_nodes: b.visible_nodes.clone(),
             potentially_visible: b.potentially_visible.clone(),
             group_draw: b.group_draw.clone(),
@@ -127,32 +130,18 @@ impl ExtractGroups {
         }
     }
 
-    /// Once, before the first frame: the arguments of an empty group draw.
-    pub fn initialize(&self, queue: &wgpu::Queue) {
-        queue.write_buffer(
-            &self.no_groups,
-            0,
-            bytemuck::bytes_of(&[BOX_VERTICES, 0, 0, 0]),
-        );
-    }
-
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         encoder.clear_buffer(&self.visible_nodes, 0, None);
         encoder.clear_buffer(&self.potentially_visible, 0, None);
         encoder.copy_buffer_to_buffer(&self.no_groups, 0, &self.group_draw, 0, 16);
+        let shape = &self.shape;
         let mut pass = gpu::compute_pass(encoder, "extract_groups");
-        gpu::dispatch(&mut pass, &self.choose_threshold, &self.group, [1, 1]);
-        gpu::dispatch(
-            &mut pass,
-            &self.climb,
-            &self.group,
-            gpu::grid(self.shape.object_count, 64),
-        );
-        gpu::dispatch(
-            &mut pass,
-            &self.collect,
-            &self.group,
-            gpu::grid(self.shape.node_count(), 64),
-        );
+        let mut dispatch = |(pipeline, group): &Dispatch, grid| {
+            gpu::dispatch(&mut pass, pipeline, group, grid);
+        };
+        dispatch(&self.choose_threshold, [1, 1]);
+        dispatch(&self.climb, gpu::grid(shape.static_count, 64));
+        let nodes = shape.node_count() + shape.moving_capacity();
+        dispatch(&self.collect, gpu::grid(nodes, 64));
     }
 }

@@ -8,35 +8,51 @@
 //! occlusion map. Exactly one ancestor-or-self `g` of the leaf of `x` is a group. Every node between `g` and
 //! the leaf has bounds that contain the leaf's, the padding of the larger box is no smaller, and each step
 //! of the slab test and of the depth comparison is monotone in its rounded f32 operations, so the ray passes
-//! them all and reaches the leaf. What remains is that the rasterizer covers `p` with the box of `g`: that,
-//! and that `hroc_keeps` loses no true fragment, is what the padding is for.
+//! them all and reaches the leaf. What remains is that the rasterizer covers `p` with the box of `g`: that is
+//! what the box's own padding is for, since the ray meets the padded bounds of `g`. That `hroc_keeps` loses no
+//! true fragment is what the padding of the bounds is for. Neither relies on where the rasterizer puts the
+//! geometry.
 //!
-//! # How much padding
+//! Roundoff unit `u = 2^-23` (Vulkan lets an operation return either neighbour); `S` bounds `|x|_1 + |eye|_1`
+//! over the scene; `a` is the tangent of half the larger field of view, jitter included (0 for an
+//! orthographic camera); `W` is the larger side of the image in pixels. A step is the rasterizer's subpixel
+//! step: 1/16 px is the coarsest that the API allows, and taken unless the device was probed.
+//!
+//! # Padding of bounds: what rays are tested against
 //!
 //! The bounds `B` of an object contain its vertices as the GPU computes them in world (the bake sees to
-//! that), so what counts is everything that moves a point between world and the depth buffer. Roundoff unit
-//! `u = 2^-23` (Vulkan lets an operation return either neighbour); `S` bounds `|x|_1 + |eye|_1` over the
-//! scene; `a` is the tangent of half the larger field of view (0 for an orthographic camera).
+//! that), so what counts is everything that moves a point between world and the depth buffer.
 //!
 //! 1. *Snapping.* The rasterizer moves vertices to a subpixel grid; a triangle's hull moves by at most
-//!    one grid step, and so does the rasterized box's. The API guarantees only 4 subpixel bits:
-//!    two steps of 1/16 px, plus the viewport transform's rounding, `8 u max(width, height)` px. Where depth
+//!    one step, plus the rounding of the viewport transform, `8 u W` px. Where depth
 //!    is interpolated with the snapped triangle's barycentric coordinates, a fragment's depth is that of a
 //!    point `X` of the triangle that projects within a step of `p`; the ray passes within a step of `X` at
 //!    the depth of `X`. (Rasterizers that extrapolate from unsnapped vertices are why `hroc_keeps` exists.)
 //! 2. *Clip transform.* `clip = M x` in f32: each component errs by `4.5 u (sum |M_i||x_i| + |M_3|)`, four
 //!    products, three sums, the entries of `M` rounded. For x and w that is, in world units at the point's
-//!    depth, `4.5 u S (1 + a)`; the same for y; once for geometry and once for the box: `18 u S (1 + a)`.
-//!    The error of w also moves the point along the view: another `4.5 u S`.
+//!    depth, `4.5 u S (1 + a)`; the same for y: `9 u S (1 + a)`. The error of w also moves the point along
+//!    the view: another `4.5 u S`.
 //! 3. *Eye and ray.* The eye rounded to f32: `u S / 2`. Padded corner and its distance to the eye: `2 u S`.
 //!    The direction through `p`, computed as `d + x dx + y dy`: relative to view depth
 //!    `3 u (1 + 3 (a_x + a_y))`.
 //! 4. *Slab.* Each parameter has a relative error of at most `6 u` (two differences, a division of 2.5 ulp,
-//!    a product); the interval is widened by `16 u` (`SLAB_WIDENING` in common/bounds.wgsl).
+//!    a product); the interval is widened by `16 u` (`SLAB_WIDENING` in common/bounds.wgsl; Ize 2013 needs
+//!    `2 gamma(3)`, about `6 u`, where division is correctly rounded).
 //!
-//! Points 2 and 3 sum to `27 u S (1 + a)`; `padding_world` takes 40. Point 1 and the direction scale with
+//! Points 2 and 3 sum to `16 u S (1 + a)`; `padding_world` takes 40. Point 1 and the direction scale with
 //! view depth; a displacement in the image plane of lengths `x`, `y` is at most `x + y` long, and growing a
 //! box by `r` along every axis contains every ball of radius `r` about its points.
+//!
+//! # Padding of boxes: what is rasterized
+//!
+//! A ray that meets the padded bounds by the f32 slab test passes within `22 u S (1 + a)` of them (the
+//! widening and what it is there for), plus point 3. The box errs by point 2 and its corners by a step. The
+//! shader divides by w itself and the viewport scales the quotient: `2.5 u + 2 u` of an
+//! offset of at most 32 half widths (`LARGEST_NDC`; farther boxes are opened or drawn untested), `72 u W` px.
+//! `box_padding_world` takes `64 u S (1 + a)` for `22 + 9 + 4.5 + 2.5`, the step and `80 u W` px scale with
+//! depth. A padded silhouette lies outside the bare one by that much everywhere, and snapping
+//! moves it by no more, so it covers `p`: for any displacement of its vertices a closed box covers by
+//! front faces whatever it covers at all, as front and back faces over a point are equally many.
 //!
 //! # Depth tolerance
 //!
@@ -54,9 +70,6 @@ use crate::scene::SceneShape;
 
 /// The roundoff unit assumed of the GPU.
 const U: f64 = 1.0 / (1 << 23) as f64;
-/// The coarsest subpixel grid that Vulkan, Direct3D 12 and Metal allow, pixels.
-const SUBPIXEL_STEP_PX: f64 = 1.0 / 16.0;
-
 /// The uniform `Frame` of common/frame.wgsl; fields are documented there.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -81,6 +94,10 @@ pub struct FrameUniform {
     pub depth_tolerance_over_w: f32,
     pub depth_tolerance_relative: f32,
     pub size: [u32; 2],
+    pub box_padding_world: f32,
+    pub box_padding_per_depth: f32,
+    pub static_count: u32,
+    pub reserved: u32,
 }
 
 impl FrameUniform {
@@ -99,26 +116,37 @@ impl FrameUniform {
         let right = view.right * view.half_width;
         let up = view.up * view.half_height;
         // Across the image from the centre of its top left corner, per pixel.
-        let corner = up - right;
+        let corner = up - right + view.shift();
         let dx = right * (2.0 / width);
         let dy = up * (-2.0 / height);
 
         let reach = shape.reach + view.eye.abs().element_sum();
-        let coverage_px = 2.0 * (SUBPIXEL_STEP_PX + 8.0 * U * width.max(height));
-        let coverage =
-            coverage_px * (2.0 * view.half_width / width + 2.0 * view.half_height / height);
-        let (slope, padding_world, padding_per_depth) = if view.perspective {
-            let slope = view.half_width.max(view.half_height);
-            let direction = 3.0 * U * (1.0 + 3.0 * (view.half_width + view.half_height));
-            (slope, 0.0, coverage + direction)
+        // World per pixel at unit depth, both axes together.
+        let pixel = 2.0 * view.half_width / width + 2.0 * view.half_height / height;
+        let larger_side = width.max(height);
+        let coverage = (shape.subpixel_step_px + 8.0 * U * larger_side) * pixel;
+        let box_coverage = (shape.subpixel_step_px + 80.0 * U * larger_side) * pixel;
+        let [reach_x, reach_y] = view.reach_across();
+        let direction = if view.perspective {
+            3.0 * U * (1.0 + 3.0 * (reach_x + reach_y))
         } else {
-            (
-                0.0,
-                coverage + 12.0 * U * (view.half_width + view.half_height),
-                0.0,
-            )
+            12.0 * U * (reach_x + reach_y)
         };
-        let padding_world = padding_world + 40.0 * U * reach * (1.0 + slope);
+        let slope = if view.perspective {
+            reach_x.max(reach_y)
+        } else {
+            0.0
+        };
+        let paddings = |coverage: f64, ulps: f64| {
+            let everywhere = ulps * U * reach * (1.0 + slope);
+            if view.perspective {
+                [everywhere, coverage + direction]
+            } else {
+                [everywhere + coverage + direction, 0.0]
+            }
+        };
+        let [padding_world, padding_per_depth] = paddings(coverage, 40.0);
+        let [box_padding_world, box_padding_per_depth] = paddings(box_coverage, 64.0);
 
         let (origin, origin_dx, origin_dy, direction, direction_dx, direction_dy, along) =
             if view.perspective {
@@ -174,19 +202,23 @@ impl FrameUniform {
             ),
             depth_tolerance_relative: (8.0 * U) as f32,
             size,
+            box_padding_world: round_up(box_padding_world),
+            box_padding_per_depth: round_up(box_padding_per_depth),
+            static_count: shape.static_count,
+            reserved: 0,
         })
     }
 }
 
 /// Inward unit planes in f64: left, right, bottom, top, near, far.
 fn planes(view: &crate::camera::View) -> [DVec4; 6] {
-    // Perspective: the side planes contain the eye and lean outward by the half angle.
-    let side = |axis: DVec3, half: f64| {
+    // Perspective: the side planes contain the eye and lean outward by the angle to the image's border.
+    let side = |axis: DVec3, reach: f64| {
         if view.perspective {
-            let normal = (view.forward * half + axis).normalize();
+            let normal = (view.forward * reach + axis).normalize();
             normal.extend(-normal.dot(view.eye))
         } else {
-            axis.extend(half - axis.dot(view.eye))
+            axis.extend(reach - axis.dot(view.eye))
         }
     };
     let depth = view.forward.dot(view.eye);
@@ -195,11 +227,12 @@ fn planes(view: &crate::camera::View) -> [DVec4; 6] {
     } else {
         DVec4::W
     };
+    let [x, y] = view.middle;
     [
-        side(view.right, view.half_width),
-        side(-view.right, view.half_width),
-        side(view.up, view.half_height),
-        side(-view.up, view.half_height),
+        side(view.right, view.half_width - x),
+        side(-view.right, view.half_width + x),
+        side(view.up, view.half_height - y),
+        side(-view.up, view.half_height + y),
         view.forward.extend(-view.near - depth),
         far,
     ]

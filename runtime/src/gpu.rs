@@ -17,19 +17,39 @@ pub(crate) fn storage(
     })
 }
 
+/// A storage buffer that holds `words`.
+pub(crate) fn storage_with(device: &wgpu::Device, label: &str, words: &[u32]) -> wgpu::Buffer {
+    let bytes = bytemuck::cast_slice(words);
+    let size = (bytes.len() as u64).max(64);
+    let usage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
+    buffer_with(device, label, bytes, size, usage)
+}
+
 /// A uniform buffer that holds `contents`.
 pub(crate) fn uniform(device: &wgpu::Device, label: &str, contents: &[u8]) -> wgpu::Buffer {
+    let usage = Usage::UNIFORM | Usage::COPY_DST;
+    buffer_with(device, label, contents, contents.len() as u64, usage)
+}
+
+/// A buffer of `size` bytes that begins with `contents` and holds zeros beyond.
+pub(crate) fn buffer_with(
+    device: &wgpu::Device,
+    label: &str,
+    contents: &[u8],
+    size: u64,
+    usage: Usage,
+) -> wgpu::Buffer {
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
-        size: contents.len() as u64,
-        usage: Usage::UNIFORM | Usage::COPY_DST,
+        size,
+        usage,
         mapped_at_creation: true,
     });
     buffer
         .slice(..)
         .get_mapped_range_mut()
         .expect("mapped at creation")
-        .slice(..)
+        .slice(..contents.len())
         .copy_from_slice(contents);
     buffer.unmap();
     buffer
@@ -42,6 +62,11 @@ pub(crate) fn shader(device: &wgpu::Device, name: &'static str) -> wgpu::ShaderM
         label: Some(name),
         source: wgpu::ShaderSource::Wgsl(wgsl.into()),
     })
+}
+
+/// A boolean as a pipeline constant.
+pub(crate) fn flag(value: bool) -> f64 {
+    f64::from(u8::from(value))
 }
 
 /// How a stage sees a buffer.
@@ -59,10 +84,20 @@ pub(crate) fn buffer_layout(
     visibility: wgpu::ShaderStages,
     access: &[Access],
 ) -> wgpu::BindGroupLayout {
-    let entries = access
+    let bindings = (0..).zip(access.iter().copied()).collect::<Vec<_>>();
+    sparse_buffer_layout(device, label, visibility, &bindings)
+}
+
+/// A bind group layout of buffers at some bindings: those that an entry point uses of its module.
+pub(crate) fn sparse_buffer_layout(
+    device: &wgpu::Device,
+    label: &str,
+    visibility: wgpu::ShaderStages,
+    bindings: &[(u32, Access)],
+) -> wgpu::BindGroupLayout {
+    let entries = bindings
         .iter()
-        .zip(0..)
-        .map(|(access, binding)| wgpu::BindGroupLayoutEntry {
+        .map(|&(binding, access)| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: match access {
                 // WebGPU lets no vertex stage write.
@@ -94,10 +129,20 @@ pub(crate) fn buffer_group(
     layout: &wgpu::BindGroupLayout,
     buffers: &[&wgpu::Buffer],
 ) -> wgpu::BindGroup {
+    let bindings = (0..).zip(buffers.iter().copied()).collect::<Vec<_>>();
+    sparse_buffer_group(device, label, layout, &bindings)
+}
+
+/// A bind group of whole buffers at some bindings.
+pub(crate) fn sparse_buffer_group(
+    device: &wgpu::Device,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    buffers: &[(u32, &wgpu::Buffer)],
+) -> wgpu::BindGroup {
     let entries = buffers
         .iter()
-        .zip(0..)
-        .map(|(buffer, binding)| wgpu::BindGroupEntry {
+        .map(|&(binding, buffer)| wgpu::BindGroupEntry {
             binding,
             resource: buffer.as_entire_binding(),
         })

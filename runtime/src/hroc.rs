@@ -1,61 +1,172 @@
-//! Hierarchical raster occlusion culling (Lee, Kwon, Lee, 2021), with packing and occluder filtering.
+//! Hierarchical raster occlusion culling (Lee, Kwon, Lee, 2021), with packing.
 //!
 //! A frame: `pack` last frame's visible objects V and draw them (`occlusion_map`); reduce the item buffer to
 //! those of them that still show, O (`filter_occluders`); find the maximal BVH nodes without a member of O,
 //! G (`extract_groups`); rasterize their bounds and cast a ray per surviving pixel to find the objects U
 //! that may show (`batch_occlusion_test`); draw them (`pack`, `render_occludees`); reduce the item buffer to
-//! the next frame's V (`filter_occluders`). Nothing is read back.
+//! the next frame's V (`filter_occluders`); draw the blended objects that may show (`render_blended`).
+//! [`HrocMode`] has the variants.
 //!
 //! Departures from the paper, all in favour of the exact image: groups come from the order-free form of its
 //! Algorithm 1; nodes that touch the near plane are replaced by their children and such leaves are drawn
 //! untested; rays end at the occlusion map; the first frame starts from an empty V, so it draws what lies
-//! in the frustum instead of everything. O is read from the item buffer and not by early-Z marks, which
-//! makes it the members of V that show, not those that showed when they were drawn.
+//! in the frustum instead of everything. With occluder filtering O is read from the item buffer and not by early-Z
+//! marks, which makes it the members of V that show, not those that showed when they were drawn. Marks,
+//! where they are used, come from a depth test repeated in the shader (mark.wgsl). Visited subtrees are
+//! told by flags of their own that are set only when all below is flagged.
 
-use crate::batch_occlusion_test::{BatchOcclusionTest, TestBuffers};
+use crate::batch_occlusion_test::{BatchOcclusionTest, TestBuffers, TestOptions};
 use crate::camera::{CameraError, DepthConvention};
-use crate::draw::{Draw, Drawer, Submission};
+use crate::counters::Counters;
+use crate::draw::{Draw, DrawRange, Drawer, Targets};
 use crate::extract_groups::{ExtractBuffers, ExtractGroups, Grouping};
 use crate::filter_occluders::FilterOccluders;
 use crate::frame_uniform::FrameUniform;
 use crate::gpu;
+use crate::mark::MarkBuffers;
 use crate::method::{CullingMethod, FrameContext, HostSync, Sets};
+use crate::mutant::Mutant;
 use crate::pack::{Pack, PackedList};
-use crate::scene::{Scene, SceneShape, Tree, bytes_of};
+use crate::scene::{Scene, Tree, bytes_of};
 use crate::stage::Stage;
 
+/// The variants of the paper's section 4, and two of its suggestion to read counters late.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum HrocMode {
+    /// No acceleration: V holds what passed the depth test when it was drawn; lists are submitted at their
+    /// capacity.
+    Na,
+    /// Counter read-back: the host waits for the lengths of V's and U's lists, and submits no more.
+    Cr,
+    /// Occluder filtering: V holds what the item buffer shows. Nothing is read back.
+    #[default]
+    Of,
+    /// Both.
+    CrOf,
+    /// Occluder filtering, and the lengths of the last lists that have arrived, with a margin, as limits. Never
+    /// waits; drops what exceeds the limits, so the image may be wrong.
+    CrLate,
+    /// The same, but checks the limits while the GPU draws and makes up for what exceeded them.
+    CrLateExact,
+}
+
+/// How a mode limits its draws.
+#[derive(Clone, Copy, PartialEq)]
+enum Limits {
+    Capacity,
+    ReadBack,
+    Late,
+    LateChecked,
+}
+
+impl HrocMode {
+    /// Every mode.
+    pub const ALL: [Self; 6] = [
+        Self::Na,
+        Self::Cr,
+        Self::Of,
+        Self::CrOf,
+        Self::CrLate,
+        Self::CrLateExact,
+    ];
+
+    /// Name on the command line and in reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Na => "na",
+            Self::Cr => "cr",
+            Self::Of => "of",
+            Self::CrOf => "cr-of",
+            Self::CrLate => "cr-late",
+            Self::CrLateExact => "cr-late-exact",
+        }
+    }
+
+    /// Whether the host waits.
+    pub const fn host_sync(self) -> HostSync {
+        match self {
+            Self::Na | Self::Of => HostSync::Never,
+            Self::CrLate => HostSync::NextFrame,
+            Self::Cr | Self::CrOf | Self::CrLateExact => HostSync::MidFrame,
+        }
+    }
+
+    /// Whether the image is always that of drawing everything.
+    pub const fn is_exact(self) -> bool {
+        !matches!(self, Self::CrLate)
+    }
+
+    const fn filters_occluders(self) -> bool {
+        !matches!(self, Self::Na | Self::Cr)
+    }
+
+    const fn limits(self) -> Limits {
+        match self {
+            Self::Na | Self::Of => Limits::Capacity,
+            Self::Cr | Self::CrOf => Limits::ReadBack,
+            Self::CrLate => Limits::Late,
+            Self::CrLateExact => Limits::LateChecked,
+        }
+    }
+}
+
 /// What an [`Hroc`] is made with.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HrocOptions {
+    /// Which variant.
+    pub mode: HrocMode,
     /// How the host's depth target is used.
     pub depth: DepthConvention,
     /// How coarse the occludee groups are.
     pub grouping: Grouping,
+    /// Modes with late counters: the limit is the last count that has arrived, and this share of it more, but at
+    /// least [`SMALLEST_LATE_MARGIN`] objects.
+    pub late_margin: f32,
+    /// Rays skip subtrees all of whose objects are flagged. Makes counts of ray-box tests depend on timing.
+    pub prune: bool,
     /// Counts rays and ray-box tests (see [`Sets::work`]). Costs time; for measuring work, not speed.
     pub count_work: bool,
-    /// How draw lists are submitted; `None`: the best the device offers.
-    pub submission: Option<Submission>,
+}
+
+/// See [`HrocOptions::late_margin`].
+pub const SMALLEST_LATE_MARGIN: u32 = 16;
+
+impl Default for HrocOptions {
+    fn default() -> Self {
+        Self {
+            mode: HrocMode::default(),
+            depth: DepthConvention::default(),
+            grouping: Grouping::default(),
+            late_margin: 0.25,
+            prune: true,
+            count_work: false,
+        }
+    }
 }
 
 /// HROC for one view.
 #[derive(Debug)]
 pub struct Hroc {
-    shape: SceneShape,
-    depth: DepthConvention,
+    options: HrocOptions,
+    mutant: Mutant,
     frame: wgpu::Buffer,
     limits: wgpu::Buffer,
-    potential_occluders: wgpu::Buffer,
     effective_occluders: wgpu::Buffer,
     potentially_visible: wgpu::Buffer,
     visible: wgpu::Buffer,
     visible_nodes: wgpu::Buffer,
+    flagged_nodes: wgpu::Buffer,
     groups: wgpu::Buffer,
     group_draw: wgpu::Buffer,
     work: wgpu::Buffer,
     grouping: wgpu::Buffer,
-    count_work: bool,
     occluder_list: PackedList,
     occludee_list: PackedList,
+    blended_list: PackedList,
+    marks: Option<MarkBuffers>,
+    counters: Option<Counters>,
+    /// Of the last frame.
+    draw_limits: Option<[u32; 2]>,
     filter: FilterOccluders,
     extract: ExtractGroups,
     test: BatchOcclusionTest,
@@ -63,95 +174,144 @@ pub struct Hroc {
 
 impl Hroc {
     /// HROC over `scene` with the hierarchy `tree`, both on `device`.
-    pub fn new(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        scene: &Scene,
-        tree: &Tree,
-        options: HrocOptions,
-    ) -> Self {
+    pub fn new(device: &wgpu::Device, scene: &Scene, tree: &Tree, options: HrocOptions) -> Self {
         let shape = scene.shape;
         let none = wgpu::BufferUsages::empty();
-        let set = |label| gpu::storage(device, label, u64::from(shape.object_words()) * 4, none);
+        let words = |label, words: u32| gpu::storage(device, label, u64::from(words) * 4, none);
+        let set = |label| words(label, shape.object_words());
+        let node_set = |label| words(label, shape.node_count().div_ceil(32));
         let frame = gpu::uniform(device, "frame", &[0; size_of::<FrameUniform>()]);
         let limits = gpu::uniform(
             device,
             "object count",
             bytes_of(&[shape.object_count, 0, 0, 0]),
         );
-        let potential_occluders = set("potential_occluders");
         let effective_occluders = set("effective_occluders");
         let potentially_visible = set("potentially_visible");
         let visible = set("visible");
-        let visible_nodes = gpu::storage(
-            device,
-            "visible_nodes",
-            u64::from(shape.node_count().div_ceil(32)) * 4,
-            none,
-        );
-        // Groups are disjoint subtrees: no more than there are leaves.
-        let groups = gpu::storage(
-            device,
-            "occludee_groups",
-            u64::from(shape.object_count) * 4,
-            none,
-        );
+        let visible_nodes = node_set("visible_nodes");
+        let flagged_nodes = node_set("flagged_nodes");
+        // Groups are disjoint subtrees and objects that move: no more than there are objects.
+        let groups = words("occludee_groups", shape.object_count);
         let group_draw = gpu::storage(device, "group_draw", 16, wgpu::BufferUsages::INDIRECT);
         let work = gpu::storage(device, "work", 16, none);
         let grouping = gpu::storage(device, "grouping", 16, none);
 
-        let submission = options
-            .submission
-            .unwrap_or_else(|| Submission::of(device.features()));
+        let mutant = scene.profile.mutant;
         let pack = Pack::new(device);
+        let list = |members, class| PackedList::new(device, &pack, scene, members, class);
+        let occluder_list = list(&visible, &scene.opaque);
         let extract_buffers = ExtractBuffers {
             frame: &frame,
             tree,
-            potential_occluders: &potential_occluders,
+            potential_occluders: occluder_list.packed(),
             effective_occluders: &effective_occluders,
             visible_nodes: &visible_nodes,
             potentially_visible: &potentially_visible,
             groups: &groups,
             group_draw: &group_draw,
             grouping: &grouping,
+            object_bounds: &scene.object_bounds,
         };
         let test_buffers = TestBuffers {
             frame: &frame,
             tree,
             groups: &groups,
-            potential_occluders: &potential_occluders,
+            potential_occluders: occluder_list.packed(),
             potentially_visible: &potentially_visible,
             work: &work,
             grouping: &grouping,
+            flagged_nodes: &flagged_nodes,
+            object_bounds: &scene.object_bounds,
         };
-        let extract = ExtractGroups::new(
-            device,
-            options.depth,
-            options.grouping,
-            shape,
-            &extract_buffers,
-        );
-        extract.initialize(queue);
-        Self {
-            occluder_list: PackedList::new(device, &pack, scene, &potential_occluders, submission),
-            occludee_list: PackedList::new(device, &pack, scene, &potentially_visible, submission),
-            filter: FilterOccluders::new(device),
-            extract,
-            test: BatchOcclusionTest::new(device, options.depth, options.count_work, &test_buffers),
-            shape,
+        let test_options = TestOptions {
             depth: options.depth,
+            early_z: scene.profile.early_z,
+            prune: options.prune,
+            count_work: options.count_work,
+            mutant,
+        };
+        let marks = (!options.mode.filters_occluders()).then(|| MarkBuffers::new(device, &visible));
+        let counters = (options.mode.limits() != Limits::Capacity).then(|| Counters::new(device));
+        Self {
+            filter: FilterOccluders::new(device),
+            extract: ExtractGroups::new(
+                device,
+                options.depth,
+                options.grouping,
+                mutant,
+                shape,
+                &extract_buffers,
+            ),
+            test: BatchOcclusionTest::new(device, test_options, &test_buffers),
+            occludee_list: list(&potentially_visible, &scene.opaque),
+            blended_list: list(&potentially_visible, &scene.blended),
+            occluder_list,
+            options,
+            mutant,
             frame,
             limits,
-            potential_occluders,
             effective_occluders,
             potentially_visible,
             visible,
             visible_nodes,
+            flagged_nodes,
             groups,
             group_draw,
             work,
             grouping,
-            count_work: options.count_work,
+            marks,
+            counters,
+            draw_limits: None,
+        }
+    }
+
+    /// A limit from late counters: the last count with its margin.
+    fn late_limit(&self, count: u32) -> u32 {
+        let margin = (count as f32 * self.options.late_margin).ceil() as u32;
+        count
+            .saturating_add(margin.max(SMALLEST_LATE_MARGIN))
+            .min(self.occluder_list.capacity())
+    }
+
+    /// Waits for the length of V's or U's list.
+    fn read_back(&mut self, frame: &mut FrameContext<'_>, which: usize) -> u32 {
+        let lists = [&self.occluder_list, &self.occludee_list];
+        let capacity = lists[which].capacity();
+        let counts = lists.map(PackedList::count);
+        let counters = self.counters.as_mut().expect("the mode reads back");
+        let recorded = counters.record(frame.encoder, counts);
+        let submitted = frame.submit();
+        let read = recorded.and_then(|copy| counters.wait(frame.device, copy, submitted));
+        // A device that fails draws nothing either way.
+        read.map_or(capacity, |counts| counts[which].min(capacity))
+    }
+}
+
+/// What the passes of a frame have in common.
+struct Passes<'a> {
+    targets: Targets<'a>,
+    depth: DepthConvention,
+}
+
+impl<'a> Passes<'a> {
+    fn draw<'d>(
+        &self,
+        stage: Stage,
+        list: &'d PackedList,
+        range: DrawRange,
+        marks: Option<&'d MarkBuffers>,
+    ) -> Draw<'d>
+    where
+        'a: 'd,
+    {
+        Draw {
+            stage,
+            clear: stage == Stage::OcclusionMap,
+            list: list.range(range),
+            targets: self.targets,
+            depth: self.depth,
+            marks: marks.map(MarkBuffers::marks),
         }
     }
 }
@@ -162,7 +322,7 @@ impl CullingMethod for Hroc {
     }
 
     fn host_sync(&self) -> HostSync {
-        HostSync::Never
+        self.options.mode.host_sync()
     }
 
     fn encode(
@@ -170,82 +330,171 @@ impl CullingMethod for Hroc {
         frame: &mut FrameContext<'_>,
         drawer: &mut dyn Drawer,
     ) -> Result<(), CameraError> {
-        let (targets, device) = (frame.targets, frame.device);
-        let uniform = FrameUniform::new(frame.camera, self.depth, targets.size, &self.shape)?;
+        let (targets, device, depth) = (frame.targets, frame.device, self.options.depth);
+        let shape = &frame.scene.shape;
+        let uniform = FrameUniform::new(frame.camera, depth, targets.size, shape)?;
         frame.queue.write_buffer(&self.frame, 0, bytes_of(&uniform));
-        let occluders = Draw {
-            stage: Stage::OcclusionMap,
-            clear: true,
-            list: self.occluder_list.list(),
-            targets,
-            depth: self.depth,
-        };
-        let occludees = Draw {
-            stage: Stage::RenderOccludees,
-            clear: false,
-            list: self.occludee_list.list(),
-            ..occluders
+        let passes = Passes { targets, depth };
+        let limits = self.options.mode.limits();
+        let late = self.counters.as_mut().and_then(|counters| {
+            counters.map_submitted();
+            counters.latest(device)
+        });
+        let late = late.map(|counts| counts.map(|count| self.late_limit(count)));
+        let capacity = self.occluder_list.capacity();
+        let [mut occluder_limit, mut occludee_limit] = match limits {
+            Limits::Capacity | Limits::ReadBack => [capacity; 2],
+            Limits::Late | Limits::LateChecked => late.unwrap_or([capacity; 2]),
         };
 
-        frame.stage(Stage::Pack, |encoder| {
-            encoder.copy_buffer_to_buffer(
-                &self.visible,
-                0,
-                &self.potential_occluders,
-                0,
-                self.visible.size(),
-            );
-            self.occluder_list.record(encoder);
-        });
+        frame.stage(Stage::Pack, |encoder| self.occluder_list.record(encoder));
+        let mut occluder_range = DrawRange::AtMost(occluder_limit);
+        if limits == Limits::ReadBack {
+            occluder_limit = self.read_back(frame, 0);
+            occluder_range = DrawRange::Exactly {
+                first: 0,
+                end: occluder_limit,
+            };
+        }
+        if let Some(marks) = &mut self.marks {
+            marks.begin(device, frame.encoder, targets.size);
+        }
+        let marks = self.marks.as_ref();
+        let occluders = passes.draw(
+            Stage::OcclusionMap,
+            &self.occluder_list,
+            occluder_range,
+            marks,
+        );
         frame.stage(Stage::OcclusionMap, |encoder| {
             drawer.draw(encoder, &occluders)
         });
-        if self.shape.object_count == 0 {
+        if shape.object_count == 0 {
             return Ok(());
         }
         frame.stage(Stage::FilterOccluders, |encoder| {
-            self.filter.record(
-                device,
-                encoder,
-                &targets,
-                &self.effective_occluders,
-                &self.limits,
-            );
+            if marks.is_some() {
+                let size = self.visible.size();
+                encoder.copy_buffer_to_buffer(&self.visible, 0, &self.effective_occluders, 0, size);
+            } else {
+                self.filter.record(
+                    device,
+                    encoder,
+                    &targets,
+                    &self.effective_occluders,
+                    &self.limits,
+                );
+            }
         });
         frame.stage(Stage::ExtractGroups, |encoder| self.extract.record(encoder));
         frame.stage(Stage::BatchOcclusionTest, |encoder| {
-            if self.count_work {
+            if self.options.count_work {
                 encoder.clear_buffer(&self.work, 0, None);
             }
             self.test
                 .record(device, encoder, &targets, &self.group_draw);
         });
-        frame.stage(Stage::Pack, |encoder| self.occludee_list.record(encoder));
+        frame.stage(Stage::Pack, |encoder| {
+            self.occludee_list.record(encoder);
+            if frame.scene.has_blended {
+                self.blended_list.record(encoder);
+            }
+        });
+        let mut occludee_range = DrawRange::AtMost(occludee_limit);
+        if limits == Limits::ReadBack {
+            occludee_limit = self.read_back(frame, 1);
+            occludee_range = DrawRange::Exactly {
+                first: 0,
+                end: occludee_limit,
+            };
+        }
+        let marks = self.marks.as_ref();
+        let counts = [&self.occluder_list, &self.occludee_list].map(PackedList::count);
+        // The counters of a mode that checks them go with what comes before the draw that they may break.
+        let copied = match limits {
+            Limits::Late | Limits::LateChecked => self
+                .counters
+                .as_mut()
+                .and_then(|counters| counters.record(frame.encoder, counts)),
+            Limits::Capacity | Limits::ReadBack => None,
+        };
+        let counted = (limits == Limits::LateChecked).then(|| frame.submit());
+        let occludees = passes.draw(
+            Stage::RenderOccludees,
+            &self.occludee_list,
+            occludee_range,
+            marks,
+        );
         frame.stage(Stage::RenderOccludees, |encoder| {
             drawer.draw(encoder, &occludees)
         });
-        frame.stage(Stage::FilterOccluders, |encoder| {
-            self.filter
-                .record(device, encoder, &targets, &self.visible, &self.limits);
-        });
+        if let Some(counted) = counted {
+            // The GPU draws while the host waits for what came before.
+            frame.submit();
+            let counters = self.counters.as_mut().expect("the mode reads back");
+            let read = copied.and_then(|copy| counters.wait(device, copy, counted));
+            let counts = read.unwrap_or([capacity; 2]);
+            let lists = [&self.occluder_list, &self.occludee_list];
+            let limits = [occluder_limit, occludee_limit];
+            for ((list, count), limit) in lists.into_iter().zip(counts).zip(limits) {
+                if count > limit && self.mutant != Mutant::Fallback {
+                    let range = DrawRange::Exactly {
+                        first: limit,
+                        end: count,
+                    };
+                    let rest = passes.draw(Stage::RenderOccludees, list, range, marks);
+                    frame.stage(Stage::RenderOccludees, |encoder| {
+                        drawer.draw(encoder, &rest)
+                    });
+                }
+            }
+        }
+        if marks.is_none() {
+            frame.stage(Stage::FilterOccluders, |encoder| {
+                self.filter
+                    .record(device, encoder, &targets, &self.visible, &self.limits);
+            });
+        }
+        if frame.scene.has_blended {
+            let blended = Draw {
+                marks: None,
+                ..passes.draw(
+                    Stage::RenderBlended,
+                    &self.blended_list,
+                    DrawRange::AtMost(capacity),
+                    None,
+                )
+            };
+            frame.stage(Stage::RenderBlended, |encoder| {
+                drawer.draw(encoder, &blended)
+            });
+        }
+        self.draw_limits = (limits != Limits::Capacity).then_some([occluder_limit, occludee_limit]);
         Ok(())
     }
 
     fn sets(&self) -> Sets<'_> {
         Sets {
-            potential_occluders: Some(&self.potential_occluders),
+            potential_occluders: Some(self.occluder_list.packed()),
             effective_occluders: Some(&self.effective_occluders),
-            potentially_visible: Some(&self.potentially_visible),
+            potentially_visible: Some(self.occludee_list.packed()),
+            blended: Some(self.blended_list.packed()),
             visible: Some(&self.visible),
             group_draw: Some(&self.group_draw),
             groups: Some(&self.groups),
-            work: self.count_work.then_some(&self.work),
+            work: self.options.count_work.then_some(&self.work),
             grouping: Some(&self.grouping),
         }
     }
 
+    fn draw_limits(&self) -> Option<[u32; 2]> {
+        (self.options.mode == HrocMode::CrLate)
+            .then_some(self.draw_limits)
+            .flatten()
+    }
+
     fn depth(&self) -> DepthConvention {
-        self.depth
+        self.options.depth
     }
 
     fn reset(&mut self, encoder: &mut wgpu::CommandEncoder) {
@@ -253,26 +502,22 @@ impl CullingMethod for Hroc {
     }
 
     fn memory_bytes(&self) -> u64 {
-        let sets = [
-            &self.potential_occluders,
+        let buffers = [
+            &self.frame,
+            &self.limits,
             &self.effective_occluders,
             &self.potentially_visible,
             &self.visible,
-        ];
-        let others = [
-            &self.frame,
-            &self.limits,
             &self.visible_nodes,
+            &self.flagged_nodes,
             &self.groups,
             &self.group_draw,
             &self.work,
             &self.grouping,
         ];
-        sets.iter()
-            .chain(&others)
-            .map(|buffer| buffer.size())
-            .sum::<u64>()
-            + self.occluder_list.memory_bytes()
-            + self.occludee_list.memory_bytes()
+        let lists = [&self.occluder_list, &self.occludee_list, &self.blended_list];
+        buffers.iter().map(|buffer| buffer.size()).sum::<u64>()
+            + lists.iter().map(|list| list.memory_bytes()).sum::<u64>()
+            + self.marks.as_ref().map_or(0, MarkBuffers::memory_bytes)
     }
 }

@@ -10,6 +10,7 @@
 
 mod batch_occlusion_test;
 pub mod camera;
+mod counters;
 pub mod device;
 mod draw;
 mod extract_groups;
@@ -17,7 +18,10 @@ mod filter_occluders;
 pub mod frame_uniform;
 mod gpu;
 mod hroc;
+mod mark;
 mod method;
+pub mod moving;
+mod mutant;
 mod noc;
 mod pack;
 pub mod readback;
@@ -26,11 +30,14 @@ mod stage;
 pub mod twin;
 
 pub use camera::{Camera, CameraError, DepthConvention, Projection};
-pub use draw::{Draw, DrawList, Drawer, Submission, Targets};
+pub use device::{DeviceProfile, EarlyZ};
+pub use draw::{Draw, DrawList, DrawRange, Drawer, Marks, Submission, Targets};
 pub use extract_groups::Grouping;
 pub use frame_uniform::FrameUniform;
-pub use hroc::{Hroc, HrocOptions};
+pub use hroc::{Hroc, HrocMode, HrocOptions};
 pub use method::{CullingMethod, FrameContext, HostSync, Sets};
+#[doc(hidden)]
+pub use mutant::Mutant;
 pub use noc::Noc;
 pub use scene::{Scene, SceneShape, Tree, UploadError};
 pub use stage::{Stage, StageObserver};

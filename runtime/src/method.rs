@@ -2,16 +2,21 @@
 
 use crate::camera::{Camera, CameraError, DepthConvention};
 use crate::draw::{Drawer, Targets};
+use crate::scene::Scene;
 use crate::stage::{Stage, StageObserver};
 
 /// One frame of one view, as the host hands it to a method.
 pub struct FrameContext<'a> {
     /// The host's device.
     pub device: &'a wgpu::Device,
-    /// The host's queue; methods only write uniforms through it, which take effect at the next submit.
+    /// The host's queue. Methods write uniforms through it, which take effect at the next submit; those that
+    /// sync with their host ([`HostSync::MidFrame`]) submit to it.
     pub queue: &'a wgpu::Queue,
-    /// The host's encoder. Do not record two frames of the same view into one submit.
+    /// The host's encoder. Do not record two frames of the same view into one submit. Methods that sync with
+    /// their host within the frame submit it, with what the host has recorded, and leave a fresh one.
     pub encoder: &'a mut wgpu::CommandEncoder,
+    /// What is drawn, as it is in this frame.
+    pub scene: &'a Scene,
     /// Where the frame is seen from.
     pub camera: &'a Camera,
     /// Depth target and item buffer.
@@ -30,6 +35,13 @@ impl FrameContext<'_> {
         if let Some(observer) = self.observer.as_deref_mut() {
             observer.end(stage, self.encoder);
         }
+    }
+
+    /// Submits what was recorded so far.
+    pub fn submit(&mut self) -> wgpu::SubmissionIndex {
+        let fresh = self.device.create_command_encoder(&Default::default());
+        let recorded = std::mem::replace(self.encoder, fresh);
+        self.queue.submit([recorded.finish()])
     }
 }
 
@@ -52,13 +64,15 @@ pub struct Sets<'a> {
     pub potential_occluders: Option<&'a wgpu::Buffer>,
     /// O: members of V that show in the occlusion map.
     pub effective_occluders: Option<&'a wgpu::Buffer>,
-    /// U: objects that the test could not rule out; disjoint from V.
+    /// U: opaque objects that the test could not rule out; disjoint from V.
     pub potentially_visible: Option<&'a wgpu::Buffer>,
-    /// What the item buffer holds at the end of the frame; V of the next.
+    /// Blended objects that the test could not rule out.
+    pub blended: Option<&'a wgpu::Buffer>,
+    /// What the item buffer holds at the end of the frame, or what was marked in it; V of the next.
     pub visible: Option<&'a wgpu::Buffer>,
     /// The indirect arguments of the groups' boxes; the second u32 is the number of groups |G|.
     pub group_draw: Option<&'a wgpu::Buffer>,
-    /// The groups' node indices.
+    /// The groups' node indices; an object that moves stands as its id, less the ids in the tree, plus the nodes.
     pub groups: Option<&'a wgpu::Buffer>,
     /// `WorkCounters` of batch_occlusion_test.wgsl: rays, ray-box tests, fragments. Only of an
     /// instrumented method.
@@ -87,6 +101,12 @@ pub trait CullingMethod {
 
     /// The sets of the last frame.
     fn sets(&self) -> Sets<'_>;
+
+    /// Of an approximate method that limits its draws: no more than this many objects of V and of U were drawn
+    /// in the last frame, the first ones by id. What exceeds a limit was dropped.
+    fn draw_limits(&self) -> Option<[u32; 2]> {
+        None
+    }
 
     /// The depth convention the method was made for.
     fn depth(&self) -> DepthConvention;

@@ -1,7 +1,7 @@
 //! NOC: no culling. Draws every object in order of their ids. The truth that all others are held against.
 
 use crate::camera::{CameraError, DepthConvention};
-use crate::draw::{Draw, Drawer, Submission};
+use crate::draw::{Draw, Drawer};
 use crate::gpu;
 use crate::method::{CullingMethod, FrameContext, HostSync, Sets};
 use crate::pack::{Pack, PackedList};
@@ -11,42 +11,28 @@ use crate::stage::Stage;
 /// No culling, for one view.
 #[derive(Debug)]
 pub struct Noc {
-    list: PackedList,
+    opaque: PackedList,
+    blended: PackedList,
     everything: wgpu::Buffer,
-    packed: bool,
+    /// The state of the scene that the lists hold.
+    packed: Option<u64>,
     depth: DepthConvention,
-    scene: Scene,
 }
 
 impl Noc {
     /// Draws all of `scene`.
     pub fn new(device: &wgpu::Device, scene: &Scene, depth: DepthConvention) -> Self {
-        let everything = gpu::storage(
-            device,
-            "everything",
-            u64::from(scene.shape.object_words()) * 4,
-            wgpu::BufferUsages::empty(),
-        );
-        let submission = Submission::of(device.features());
-        let list = PackedList::new(device, &Pack::new(device), scene, &everything, submission);
+        let words = vec![u32::MAX; scene.shape.object_words() as usize];
+        let everything = gpu::storage_with(device, "everything", &words);
+        let pack = Pack::new(device);
+        let list = |class| PackedList::new(device, &pack, scene, &everything, class);
         Self {
-            list,
+            opaque: list(&scene.opaque),
+            blended: list(&scene.blended),
             everything,
-            packed: false,
+            packed: None,
             depth,
-            scene: scene.clone(),
         }
-    }
-
-    /// All objects as a set, 32 to a word.
-    fn all(&self) -> Vec<u32> {
-        let count = self.scene.shape.object_count;
-        (0..self.scene.shape.object_words())
-            .map(|word| match count - word * 32 {
-                0..32 => (1 << (count - word * 32)) - 1,
-                _ => u32::MAX,
-            })
-            .collect()
     }
 }
 
@@ -64,31 +50,45 @@ impl CullingMethod for Noc {
         frame: &mut FrameContext<'_>,
         drawer: &mut dyn Drawer,
     ) -> Result<(), CameraError> {
-        let shape = &self.scene.shape;
+        let scene = frame.scene;
+        let shape = &scene.shape;
         frame
             .camera
             .clip_from_world(self.depth, frame.targets.size, shape.origin, shape.radius)?;
-        if !self.packed {
-            frame
-                .queue
-                .write_buffer(&self.everything, 0, bytemuck::cast_slice(&self.all()));
-            frame.stage(Stage::Pack, |encoder| self.list.record(encoder));
-            self.packed = true;
+        if self.packed != Some(scene.revision) {
+            frame.stage(Stage::Pack, |encoder| {
+                self.opaque.record(encoder);
+                self.blended.record(encoder);
+            });
+            self.packed = Some(scene.revision);
         }
         let draw = Draw {
             stage: Stage::DrawAll,
             clear: true,
-            list: self.list.list(),
+            list: self.opaque.list(),
             targets: frame.targets,
             depth: self.depth,
+            marks: None,
         };
         frame.stage(Stage::DrawAll, |encoder| drawer.draw(encoder, &draw));
+        if scene.has_blended {
+            let blended = Draw {
+                stage: Stage::RenderBlended,
+                clear: false,
+                list: self.blended.list(),
+                ..draw
+            };
+            frame.stage(Stage::RenderBlended, |encoder| {
+                drawer.draw(encoder, &blended)
+            });
+        }
         Ok(())
     }
 
     fn sets(&self) -> Sets<'_> {
         Sets {
-            potential_occluders: Some(&self.everything),
+            potential_occluders: Some(self.opaque.packed()),
+            blended: Some(self.blended.packed()),
             ..Sets::default()
         }
     }
@@ -100,6 +100,6 @@ impl CullingMethod for Noc {
     fn reset(&mut self, _encoder: &mut wgpu::CommandEncoder) {}
 
     fn memory_bytes(&self) -> u64 {
-        self.list.memory_bytes() + self.everything.size()
+        self.opaque.memory_bytes() + self.blended.memory_bytes() + self.everything.size()
     }
 }

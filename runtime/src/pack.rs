@@ -1,6 +1,6 @@
 //! `pack`: from a set of objects to a tight list of draw commands in object order, by prefix sum.
 
-use crate::draw::{DrawList, Submission};
+use crate::draw::{DrawList, DrawRange, Submission};
 use crate::gpu::{self, Access};
 use crate::scene::Scene;
 
@@ -22,7 +22,9 @@ impl Pack {
             device,
             "pack",
             wgpu::ShaderStages::COMPUTE,
-            &[Read, ReadWrite, ReadWrite, ReadWrite, Read, Read, Uniform],
+            &[
+                Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite, Read, Read, Uniform,
+            ],
         );
         Self {
             scan: gpu::compute(device, &module, "pack_scan", &[&layout], &[]),
@@ -32,11 +34,12 @@ impl Pack {
     }
 }
 
-/// The draw list of one set.
+/// The draw list of one set, as far as it is in one class.
 #[derive(Debug)]
 pub(crate) struct PackedList {
     pipelines: Pack,
     group: wgpu::BindGroup,
+    packed: wgpu::Buffer,
     commands: wgpu::Buffer,
     count: wgpu::Buffer,
     bases_bytes: u64,
@@ -46,14 +49,15 @@ pub(crate) struct PackedList {
 }
 
 impl PackedList {
-    /// A list of the members of `members` (one bit per object of `scene`).
+    /// A list of those in `members` that are in `object_class` (one bit per object of `scene` each).
     pub fn new(
         device: &wgpu::Device,
         pipelines: &Pack,
         scene: &Scene,
         members: &wgpu::Buffer,
-        submission: Submission,
+        object_class: &wgpu::Buffer,
     ) -> Self {
+        let none = wgpu::BufferUsages::empty();
         let words = scene.shape.object_words();
         let indirect = wgpu::BufferUsages::INDIRECT;
         let commands = gpu::storage(
@@ -63,12 +67,8 @@ impl PackedList {
             indirect,
         );
         let count = gpu::storage(device, "draw count", 4, indirect);
-        let bases = gpu::storage(
-            device,
-            "pack bases",
-            u64::from(words) * 4,
-            wgpu::BufferUsages::empty(),
-        );
+        let packed = gpu::storage(device, "packed", u64::from(words) * 4, none);
+        let bases = gpu::storage(device, "pack bases", u64::from(words) * 4, none);
         let limits = gpu::uniform(device, "pack words", bytemuck::bytes_of(&[words, 0, 0, 0]));
         let group = gpu::buffer_group(
             device,
@@ -76,6 +76,8 @@ impl PackedList {
             &pipelines.layout,
             &[
                 members,
+                object_class,
+                &packed,
                 &bases,
                 &count,
                 &commands,
@@ -87,12 +89,13 @@ impl PackedList {
         Self {
             pipelines: pipelines.clone(),
             group,
+            packed,
             bases_bytes: bases.size(),
             commands,
             count,
             words,
             capacity: scene.shape.object_count,
-            submission,
+            submission: scene.profile.submission,
         }
     }
 
@@ -101,7 +104,7 @@ impl PackedList {
         if self.words == 0 {
             return;
         }
-        if self.submission == Submission::ZeroedTail {
+        if self.submission != Submission::IndirectCount {
             encoder.clear_buffer(&self.commands, 0, None);
         }
         let mut pass = gpu::compute_pass(encoder, "pack");
@@ -114,17 +117,37 @@ impl PackedList {
         );
     }
 
-    /// What the last `record` wrote.
+    /// The set that the last `record` packed.
+    pub fn packed(&self) -> &wgpu::Buffer {
+        &self.packed
+    }
+
+    /// What the last `record` wrote: all of it.
     pub fn list(&self) -> DrawList<'_> {
+        self.range(DrawRange::AtMost(self.capacity))
+    }
+
+    /// What the last `record` wrote: part of it.
+    pub fn range(&self, range: DrawRange) -> DrawList<'_> {
         DrawList {
             commands: &self.commands,
             count: &self.count,
-            max_count: self.capacity,
+            range,
             submission: self.submission,
         }
     }
 
+    /// One u32: the length of the list.
+    pub fn count(&self) -> &wgpu::Buffer {
+        &self.count
+    }
+
+    /// No list is longer.
+    pub fn capacity(&self) -> u32 {
+        self.capacity
+    }
+
     pub fn memory_bytes(&self) -> u64 {
-        self.commands.size() + self.count.size() + self.bases_bytes
+        self.commands.size() + self.count.size() + self.packed.size() + self.bases_bytes
     }
 }

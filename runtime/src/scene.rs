@@ -4,7 +4,10 @@ use std::mem::size_of;
 
 use bytemuck::{NoUninit, cast_slice};
 use glam::DVec3;
-use hroc_format::{ArchivedScene, BvhNode, Mesh, Object};
+use hroc_format::{ArchivedScene, Bounds, BvhNode, Mesh, Object, object_flags};
+
+use crate::device::DeviceProfile;
+use crate::gpu;
 
 /// A scene that does not fit the device, or has no such tree.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -20,6 +23,14 @@ pub enum UploadError {
         bytes: u64,
         /// The limit it breaks.
         limit: u64,
+    },
+    /// Ids are 32 bits.
+    #[error(
+        "{moving_capacity} places for moving objects are more than ids for them; ask for fewer"
+    )]
+    TooManyObjects {
+        /// Places asked for.
+        moving_capacity: u32,
     },
     /// No tree of this name was baked.
     #[error("no '{wanted}' tree in this scene (it has: {baked}); bake it with --split {wanted}")]
@@ -40,13 +51,17 @@ pub struct SceneShape {
     pub radius: f64,
     /// Largest sum of absolute coordinates of such a point.
     pub reach: f64,
-    /// Number of objects.
+    /// Ids of objects are below this: those of the bake, then the places for objects that move.
     pub object_count: u32,
+    /// Objects of the bake; they are the leaves of its trees.
+    pub static_count: u32,
+    /// The grid that the rasterizer moves vertices to, pixels.
+    pub subpixel_step_px: f64,
 }
 
 impl SceneShape {
-    /// The shape of a baked scene.
-    pub fn of(baked: &ArchivedScene) -> Self {
+    /// The shape of a baked scene on a device with that subpixel step, without objects that move.
+    pub fn of(baked: &ArchivedScene, subpixel_step_px: f64) -> Self {
         let corner = |i: usize| {
             let [lo, hi] = [
                 baked.bounds.min[i].to_native(),
@@ -60,12 +75,19 @@ impl SceneShape {
             radius: far.length(),
             reach: far.element_sum(),
             object_count: baked.objects.len() as u32,
+            static_count: baked.objects.len() as u32,
+            subpixel_step_px,
         }
     }
 
-    /// Nodes of a tree over the objects: 2N-1, or 0.
+    /// Nodes of a tree over the baked objects: 2N-1, or 0.
     pub const fn node_count(&self) -> u32 {
-        (2 * self.object_count).saturating_sub(1)
+        (2 * self.static_count).saturating_sub(1)
+    }
+
+    /// Places for objects that move.
+    pub const fn moving_capacity(&self) -> u32 {
+        self.object_count - self.static_count
     }
 
     /// 32-bit words of a set of objects.
@@ -79,6 +101,8 @@ impl SceneShape {
 pub struct Scene {
     /// Size and place.
     pub shape: SceneShape,
+    /// The paths that methods take over this scene.
+    pub profile: DeviceProfile,
     /// Vertex buffer: three f32 per vertex, object space. See [`Scene::POSITIONS`].
     pub positions: wgpu::Buffer,
     /// Vertex buffer: octahedral normals, see [`Scene::NORMALS`]; `None` where the bake has none.
@@ -91,6 +115,14 @@ pub struct Scene {
     pub object_bounds: wgpu::Buffer,
     /// Storage: `array<Mesh>`.
     pub meshes: wgpu::Buffer,
+    /// Storage: the class of opaque and masked objects that are there, one bit per object.
+    pub opaque: wgpu::Buffer,
+    /// Storage: the class of blended objects that are there, one bit per object.
+    pub blended: wgpu::Buffer,
+    /// Whether there are or were any blended objects.
+    pub has_blended: bool,
+    /// Counts the changes of objects; lists made of another revision are stale.
+    pub revision: u64,
 }
 
 impl Scene {
@@ -111,44 +143,80 @@ impl Scene {
     ///
     /// # Errors
     /// If an array breaks a limit of the device.
-    pub fn upload(device: &wgpu::Device, baked: &ArchivedScene) -> Result<Self, UploadError> {
+    pub fn upload(
+        device: &wgpu::Device,
+        profile: &DeviceProfile,
+        baked: &ArchivedScene,
+    ) -> Result<Self, UploadError> {
+        Self::upload_with_moving(device, profile, baked, 0)
+    }
+
+    /// The same with places for `moving_capacity` objects that the host moves, see [`crate::moving`].
+    ///
+    /// # Errors
+    /// If an array breaks a limit of the device.
+    pub fn upload_with_moving(
+        device: &wgpu::Device,
+        profile: &DeviceProfile,
+        baked: &ArchivedScene,
+        moving_capacity: u32,
+    ) -> Result<Self, UploadError> {
         use wgpu::BufferUsages as Usage;
         let normals = cast_slice::<_, u8>(baked.normals.as_slice());
+        let mut shape = SceneShape::of(baked, profile.subpixel_step_px);
+        shape.object_count = shape
+            .static_count
+            .checked_add(moving_capacity)
+            .filter(|&count| count < hroc_format::NO_OBJECT)
+            .ok_or(UploadError::TooManyObjects { moving_capacity })?;
+        let per_object = |bytes: u64| u64::from(shape.object_count) * bytes;
+        let [opaque, blended] = classes(baked, shape.object_words());
+        let has_blended = blended.iter().any(|word| *word != 0);
         Ok(Self {
-            shape: SceneShape::of(baked),
+            shape,
+            profile: *profile,
             positions: upload(
                 device,
                 "vertex positions",
                 cast_slice(baked.positions.as_slice()),
+                0,
                 Usage::VERTEX,
             )?,
             normals: (!normals.is_empty())
-                .then(|| upload(device, "vertex normals", normals, Usage::VERTEX))
+                .then(|| upload(device, "vertex normals", normals, 0, Usage::VERTEX))
                 .transpose()?,
             indices: upload(
                 device,
                 "indices",
                 cast_slice(baked.indices.as_slice()),
+                0,
                 Usage::INDEX,
             )?,
             objects: upload(
                 device,
                 "objects",
                 cast_slice(baked.objects.as_slice()),
+                per_object(size_of::<Object>() as u64),
                 Usage::STORAGE,
             )?,
             object_bounds: upload(
                 device,
                 "object bounds",
                 cast_slice(baked.object_bounds.as_slice()),
+                per_object(size_of::<Bounds>() as u64),
                 Usage::STORAGE,
             )?,
             meshes: upload(
                 device,
                 "meshes",
                 cast_slice(baked.meshes.as_slice()),
+                0,
                 Usage::STORAGE,
             )?,
+            opaque: gpu::storage_with(device, "opaque objects", &opaque),
+            blended: gpu::storage_with(device, "blended objects", &blended),
+            has_blended,
+            revision: 0,
         })
     }
 
@@ -166,9 +234,23 @@ impl Scene {
         let normals = self.normals.as_ref().map_or(0, wgpu::Buffer::size);
         [
             self.positions.size() + normals + self.indices.size(),
-            self.objects.size() + self.object_bounds.size() + self.meshes.size(),
+            self.objects.size()
+                + self.object_bounds.size()
+                + self.meshes.size()
+                + self.opaque.size()
+                + self.blended.size(),
         ]
     }
+}
+
+/// The opaque and the blended objects of a bake, one bit per object in `words` words each.
+pub(crate) fn classes(baked: &ArchivedScene, words: u32) -> [Vec<u32>; 2] {
+    let mut classes = [0, 1].map(|_| vec![0; words as usize]);
+    for (object, id) in baked.objects.iter().zip(0u32..) {
+        let is_blended = object.flags.to_native() & object_flags::BLENDED != 0;
+        classes[usize::from(is_blended)][(id >> 5) as usize] |= 1 << (id & 31);
+    }
+    classes
 }
 
 /// One object-level BVH of a baked scene in GPU buffers. Cheap to clone.
@@ -198,7 +280,7 @@ impl Tree {
         let usage = wgpu::BufferUsages::STORAGE;
         let Some(bvh) = baked.bvhs.iter().find(|bvh| bvh.split == split) else {
             if baked.objects.is_empty() {
-                let empty = |what| upload(device, what, &[], usage);
+                let empty = |what| upload(device, what, &[], 0, usage);
                 return Ok(Self {
                     split: split.to_owned(),
                     nodes: empty("nodes")?,
@@ -219,17 +301,25 @@ impl Tree {
         };
         Ok(Self {
             split: split.to_owned(),
-            nodes: upload(device, "BVH nodes", cast_slice(bvh.nodes.as_slice()), usage)?,
+            nodes: upload(
+                device,
+                "BVH nodes",
+                cast_slice(bvh.nodes.as_slice()),
+                0,
+                usage,
+            )?,
             parents: upload(
                 device,
                 "BVH parents",
                 cast_slice(bvh.parents.as_slice()),
+                0,
                 usage,
             )?,
             leaf_of_object: upload(
                 device,
                 "BVH leaves",
                 cast_slice(bvh.leaf_of_object.as_slice()),
+                0,
                 usage,
             )?,
         })
@@ -244,14 +334,15 @@ impl Tree {
 const _: () =
     assert!(size_of::<Object>() == 64 && size_of::<Mesh>() == 48 && size_of::<BvhNode>() == 32);
 
-/// A buffer with `bytes` in it; at least 64 bytes, since empty buffers cannot be bound.
+/// A buffer with `bytes` in it and room for `size` bytes; at least 64, since empty buffers cannot be bound.
 fn upload(
     device: &wgpu::Device,
     what: &'static str,
     bytes: &[u8],
+    size: u64,
     usage: wgpu::BufferUsages,
 ) -> Result<wgpu::Buffer, UploadError> {
-    let size = (bytes.len() as u64).next_multiple_of(4).max(64);
+    let size = size.max(bytes.len() as u64).next_multiple_of(4).max(64);
     let limits = device.limits();
     let limit = if usage.contains(wgpu::BufferUsages::STORAGE) {
         limits
@@ -267,20 +358,8 @@ fn upload(
             limit,
         });
     }
-    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(what),
-        size,
-        usage: usage | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: true,
-    });
-    let mut mapped = buffer
-        .slice(..)
-        .get_mapped_range_mut()
-        .expect("mapped at creation");
-    mapped.slice(..bytes.len()).copy_from_slice(bytes);
-    drop(mapped);
-    buffer.unmap();
-    Ok(buffer)
+    let usage = usage | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+    Ok(gpu::buffer_with(device, what, bytes, size, usage))
 }
 
 /// Plain values as an uploadable byte slice.

@@ -17,11 +17,13 @@ pub enum Stage {
     RenderOccludees,
     /// Everything is drawn (no culling).
     DrawAll,
+    /// The blended objects that may show are drawn, after all others.
+    RenderBlended,
 }
 
 impl Stage {
     /// Every stage, in the order of their first use in a frame.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Pack,
         Self::OcclusionMap,
         Self::FilterOccluders,
@@ -29,6 +31,7 @@ impl Stage {
         Self::BatchOcclusionTest,
         Self::RenderOccludees,
         Self::DrawAll,
+        Self::RenderBlended,
     ];
 
     /// Name in labels and reports.
@@ -41,6 +44,7 @@ impl Stage {
             Self::BatchOcclusionTest => "batch_occlusion_test",
             Self::RenderOccludees => "render_occludees",
             Self::DrawAll => "draw_all",
+            Self::RenderBlended => "render_blended",
         }
     }
 }

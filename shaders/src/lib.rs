@@ -25,6 +25,8 @@ modules! {
     "filter_occluders",
     "extract_groups",
     "batch_occlusion_test",
+    "batch_occlusion_test_early",
+    "mark",
 }
 
 const IMPORT: &str = "//!import ";
@@ -90,7 +92,7 @@ mod tests {
                 .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&wgsl)));
             naga::valid::Validator::new(
                 naga::valid::ValidationFlags::all(),
-                naga::valid::Capabilities::default(),
+                naga::valid::Capabilities::default() | naga::valid::Capabilities::EARLY_DEPTH_TEST,
             )
             .validate(&parsed)
             .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&wgsl)));

@@ -1,13 +1,15 @@
-//! A host that draws a scene into depth and item buffer with its own pipeline, and hands out what every
-//! frame left behind.
+//! A host that draws a scene into depth and item buffer with its own pipelines, and hands out what every
+//! frame left behind. Masked objects have holes; blended ones are drawn over the rest.
 
-use hroc_format::BakedScene;
+use hroc_format::{BakedScene, Bounds};
+use hroc_runtime::moving::MovingObjects;
 use hroc_runtime::readback::{self, TextureCopy};
 use hroc_runtime::{
-    Camera, CullingMethod, DepthConvention, Draw, Drawer, FrameContext, FrameUniform, Scene, Stage,
-    Targets, Tree,
+    Camera, CullingMethod, DepthConvention, DeviceProfile, Draw, Drawer, FrameContext,
+    FrameUniform, Marks, Scene, Stage, Targets, Tree,
 };
-use hroc_study::hard_cases::CaseFrame;
+use hroc_study::blended_truth::BlendedTruth;
+use hroc_study::hard_cases::{CaseFrame, CaseScene, Motion};
 use hroc_study::targets::FrameTargets;
 
 use crate::Gpu;
@@ -17,24 +19,43 @@ const DRAW: &str = "//!import common/types
 @group(0) @binding(1) var<storage, read> objects: array<Object>;
 @group(0) @binding(2) var<storage, read> object_bounds: array<Bounds>;
 override GUARDED: bool = true;
-struct Vertex { @builtin(position) position: vec4f, @location(0) @interpolate(flat, either) object: u32 }
-@vertex fn vertex(@location(0) p: vec3f, @builtin(instance_index) object: u32) -> Vertex {
-    return Vertex(hroc_clip_position(hroc_world_position(objects[object], p)), object);
+struct Vertex {
+    @builtin(position) position: vec4f,
+    @location(0) @interpolate(flat, either) object: u32,
+    @location(1) world: vec3f,
 }
-@fragment fn fragment(v: Vertex) -> @location(0) u32 {
-    if (GUARDED && !hroc_keeps(object_bounds[v.object], v.position)) { discard; }
+@vertex fn vertex(@location(0) p: vec3f, @builtin(instance_index) object: u32) -> Vertex {
+    let world = hroc_world_position(objects[object], p);
+    return Vertex(hroc_clip_position(world), object, world);
+}
+fn dropped(v: Vertex) -> bool {
+    let hole = (objects[v.object].flags & 1u) != 0u && fract(2.0 * dot(v.world, vec3f(1.0, 0.9, 0.8))) < 0.5;
+    return hole || (GUARDED && !hroc_keeps(object_bounds[v.object], v.position));
+}
+@fragment fn plain(v: Vertex) -> @location(0) u32 {
+    if (dropped(v)) { discard; }
     return v.object;
-}";
+}
+";
+
+const MARKED: &str = "//!import mark
+@fragment fn marked(v: Vertex) -> @location(0) u32 {
+    if (dropped(v)) { discard; }
+    hroc_mark(v.object, v.position);
+    return v.object;
+}
+";
 
 /// A scene on the GPU with all its trees.
 #[derive(Debug)]
 pub struct World {
     /// The file's contents.
     pub baked: BakedScene,
-    /// Geometry and objects.
+    /// Geometry and objects, as they are in the current frame.
     pub scene: Scene,
     /// The trees, in the file's order; one empty tree for a scene without objects.
     pub trees: Vec<Tree>,
+    motion: Option<(Motion, MovingObjects)>,
 }
 
 impl World {
@@ -43,6 +64,28 @@ impl World {
     /// # Panics
     /// If the device cannot hold it.
     pub fn new(gpu: &Gpu, baked: BakedScene) -> Self {
+        Self::with_motion(gpu, &crate::profile(gpu), baked, None)
+    }
+
+    /// Bakes and uploads a case, for frames from the first on.
+    pub fn of_case(gpu: &Gpu, case: &CaseScene) -> Self {
+        Self::of_case_on(gpu, &crate::profile(gpu), case)
+    }
+
+    /// The same, with paths forced.
+    ///
+    /// # Panics
+    /// If the case does not bake or the device cannot hold it.
+    pub fn of_case_on(gpu: &Gpu, profile: &DeviceProfile, case: &CaseScene) -> Self {
+        Self::with_motion(gpu, profile, case.bake().unwrap(), case.motion)
+    }
+
+    fn with_motion(
+        gpu: &Gpu,
+        profile: &DeviceProfile,
+        baked: BakedScene,
+        motion: Option<Motion>,
+    ) -> Self {
         let archived = baked.scene();
         let mut splits = archived
             .bvhs
@@ -56,11 +99,43 @@ impl World {
             .iter()
             .map(|split| Tree::upload(&gpu.device, archived, split).unwrap())
             .collect();
+        let capacity = motion.map_or(0, |motion| motion.capacity);
+        let scene = Scene::upload_with_moving(&gpu.device, profile, archived, capacity).unwrap();
+        let motion = motion.map(|motion| (motion, MovingObjects::new(archived, &scene)));
         Self {
-            scene: Scene::upload(&gpu.device, archived).unwrap(),
+            scene,
             trees,
+            motion,
             baked,
         }
+    }
+
+    /// Moves what moves before frame `number`.
+    pub fn advance(&mut self, gpu: &Gpu, number: usize) {
+        if let Some((motion, moving)) = &mut self.motion {
+            motion.advance(
+                number,
+                self.baked.scene(),
+                moving,
+                &gpu.queue,
+                &mut self.scene,
+            );
+        }
+    }
+
+    /// World bounds of the objects that move, from the GPU.
+    pub fn moving_bounds(&self, gpu: &Gpu) -> Vec<Bounds> {
+        let words = readback::words(&gpu.device, &gpu.queue, &self.scene.object_bounds);
+        let shape = &self.scene.shape;
+        let floats = |id: u32, at: usize| {
+            std::array::from_fn(|i| f32::from_bits(words[id as usize * 6 + at + i]))
+        };
+        (shape.static_count..shape.object_count)
+            .map(|id| Bounds {
+                min: floats(id, 0),
+                max: floats(id, 3),
+            })
+            .collect()
     }
 }
 
@@ -79,6 +154,12 @@ pub struct Frame {
     pub effective_occluders: Vec<u32>,
     /// U.
     pub potentially_visible: Vec<u32>,
+    /// Blended objects that were handed over.
+    pub blended: Vec<u32>,
+    /// Blended objects that show over this frame's depth.
+    pub blended_shown: Vec<u32>,
+    /// The bits of V and U that were drawn, of a method that limits them.
+    pub draw_limits: Option<[u32; 2]>,
     /// Number of groups |G|.
     pub group_count: u32,
     /// The groups' nodes, ascending.
@@ -90,11 +171,16 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// V united with U, ascending.
+    /// V united with U as far as they were drawn, ascending.
     pub fn pvs(&self) -> Vec<u32> {
+        let [v, u] = self
+            .draw_limits
+            .unwrap_or([u32::MAX; 2])
+            .map(|n| n as usize);
+        let first = |set: &[u32], limit: usize| set[..set.len().min(limit)].to_vec();
         let mut pvs = [
-            self.potential_occluders.as_slice(),
-            &self.potentially_visible,
+            first(&self.potential_occluders, v),
+            first(&self.potentially_visible, u),
         ]
         .concat();
         pvs.sort_unstable();
@@ -112,7 +198,7 @@ impl Frame {
     }
 }
 
-/// Targets and pipeline for one depth convention.
+/// Targets and pipelines for one depth convention.
 #[derive(Debug)]
 pub struct Host<'g> {
     gpu: &'g Gpu,
@@ -121,65 +207,51 @@ pub struct Host<'g> {
     depth: DepthConvention,
     targets: FrameTargets,
     frame_uniform: wgpu::Buffer,
-    pipeline: wgpu::RenderPipeline,
+    plain: wgpu::RenderPipeline,
+    marked: wgpu::RenderPipeline,
+    blended: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
     scene: Scene,
+    blended_truth: Option<BlendedTruth>,
 }
 
 impl<'g> Host<'g> {
-    /// A host for `scene`.
-    pub fn new(gpu: &'g Gpu, scene: &Scene, size: [u32; 2], depth: DepthConvention) -> Self {
-        Self::with_guard(gpu, scene, size, depth, true)
+    /// A host for `world`.
+    pub fn new(gpu: &'g Gpu, world: &World, size: [u32; 2], depth: DepthConvention) -> Self {
+        Self::with_guard(gpu, world, size, depth, true)
     }
 
     /// A host that keeps every fragment (`guarded` false) or those that `hroc_keeps` lets pass.
     pub fn with_guard(
         gpu: &'g Gpu,
-        scene: &Scene,
+        world: &World,
         size: [u32; 2],
         depth: DepthConvention,
         guarded: bool,
     ) -> Self {
         let device = &gpu.device;
+        let scene = &world.scene;
         let targets = FrameTargets::new(device, size);
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("draw"),
-            source: wgpu::ShaderSource::Wgsl(hroc_shaders::resolve(DRAW).unwrap().into()),
-        });
-        let constants = [
-            depth.constants()[0],
-            ("GUARDED", f64::from(u8::from(guarded))),
-        ];
-        let options = wgpu::PipelineCompilationOptions {
-            constants: &constants,
-            ..Default::default()
-        };
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("draw"),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vertex"),
-                compilation_options: options.clone(),
-                buffers: &[Some(Scene::POSITIONS)],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: Targets::DEPTH_FORMAT,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(depth.nearer()),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("fragment"),
-                compilation_options: options.clone(),
-                targets: &[Some(Targets::ITEM_FORMAT.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
+            entries: &[
+                wgpu::BufferBindingType::Uniform,
+                wgpu::BufferBindingType::Storage { read_only: true },
+                wgpu::BufferBindingType::Storage { read_only: true },
+            ]
+            .into_iter()
+            .zip(0..)
+            .map(|(ty, binding)| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                ty: wgpu::BindingType::Buffer {
+                    ty,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            })
+            .collect::<Vec<_>>(),
         });
         let frame_uniform = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame"),
@@ -187,34 +259,38 @@ impl<'g> Host<'g> {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let buffers = [&frame_uniform, &scene.objects, &scene.object_bounds];
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("draw"),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &[
-                wgpu::BindGroupEntry {
-                    binding: 0,
-                    resource: frame_uniform.as_entire_binding(),
-                },
-                wgpu::BindGroupEntry {
-                    binding: 1,
-                    resource: scene.objects.as_entire_binding(),
-                },
-                wgpu::BindGroupEntry {
-                    binding: 2,
-                    resource: scene.object_bounds.as_entire_binding(),
-                },
-            ],
+            layout: &layout,
+            entries: &buffers
+                .into_iter()
+                .zip(0..)
+                .map(|(buffer, binding)| wgpu::BindGroupEntry {
+                    binding,
+                    resource: buffer.as_entire_binding(),
+                })
+                .collect::<Vec<_>>(),
         });
+        let pipeline = |entry| pipeline(device, &layout, depth, guarded, entry);
         Self {
             gpu,
             size,
             depth,
             targets,
             frame_uniform,
-            pipeline,
+            plain: pipeline("plain"),
+            marked: pipeline("marked"),
+            blended: pipeline("blended"),
             group,
             scene: scene.clone(),
+            blended_truth: BlendedTruth::new(gpu, world.baked.scene(), scene, depth),
         }
+    }
+
+    /// Draws `world` as it is now.
+    pub fn follow(&mut self, world: &World) {
+        self.scene = world.scene.clone();
     }
 
     /// Runs one frame of a case, in its own size if it has one.
@@ -245,6 +321,7 @@ impl<'g> Host<'g> {
             device,
             queue,
             encoder: &mut encoder,
+            scene: &self.scene,
             camera,
             targets,
             observer: None,
@@ -255,6 +332,11 @@ impl<'g> Host<'g> {
             .map(|texture| TextureCopy::record(device, &mut encoder, texture));
         queue.submit([encoder.finish()]);
         let [depth, item] = copies.map(|copy| copy.wait(device));
+        self.gpu.check().unwrap();
+        let blended_shown = self.blended_truth.as_ref().map_or_else(Vec::new, |truth| {
+            let shown = truth.shown(self.gpu, &self.scene, camera, targets).unwrap();
+            shown.iter().collect()
+        });
         let sets = method.sets();
         let set = |buffer: Option<&wgpu::Buffer>| {
             buffer.map_or_else(Vec::new, |buffer| readback::set(device, queue, buffer))
@@ -280,6 +362,9 @@ impl<'g> Host<'g> {
             potential_occluders: set(sets.potential_occluders),
             effective_occluders: set(sets.effective_occluders),
             potentially_visible: set(sets.potentially_visible),
+            blended: set(sets.blended),
+            blended_shown,
+            draw_limits: method.draw_limits(),
             group_count,
             groups,
             work: [work[0], work[1], work[2]],
@@ -288,6 +373,72 @@ impl<'g> Host<'g> {
             }),
         }
     }
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    depth: DepthConvention,
+    guarded: bool,
+    entry: &str,
+) -> wgpu::RenderPipeline {
+    let marked = entry == "marked";
+    let text = [DRAW, if marked { MARKED } else { "" }].concat();
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("draw"),
+        source: wgpu::ShaderSource::Wgsl(hroc_shaders::resolve(&text).unwrap().into()),
+    });
+    let marks = Marks::layout(device);
+    let layouts = if marked {
+        vec![Some(layout), None, None, Some(&marks)]
+    } else {
+        vec![Some(layout)]
+    };
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("draw"),
+        bind_group_layouts: &layouts,
+        immediate_size: 0,
+    });
+    let constants = [
+        depth.constants()[0],
+        ("GUARDED", f64::from(u8::from(guarded))),
+    ];
+    let options = wgpu::PipelineCompilationOptions {
+        constants: &constants,
+        ..Default::default()
+    };
+    let blended = entry == "blended";
+    let mut target = wgpu::ColorTargetState::from(Targets::ITEM_FORMAT);
+    if blended {
+        target.write_mask = wgpu::ColorWrites::empty();
+    }
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("draw"),
+        layout: Some(&pipeline_layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("vertex"),
+            compilation_options: options.clone(),
+            buffers: &[Some(Scene::POSITIONS)],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: Targets::DEPTH_FORMAT,
+            depth_write_enabled: Some(!blended),
+            depth_compare: Some(depth.nearer()),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some(if marked { "marked" } else { "plain" }),
+            compilation_options: options,
+            targets: &[Some(target)],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
 }
 
 /// Draws, and catches the occlusion map on its way.
@@ -312,8 +463,15 @@ impl Drawer for RecordingDrawer<'_> {
             depth_stencil_attachment: Some(draw.depth_attachment()),
             ..Default::default()
         });
-        pass.set_pipeline(&host.pipeline);
         pass.set_bind_group(0, &host.group, &[]);
+        match (draw.stage, draw.marks) {
+            (Stage::RenderBlended, _) => pass.set_pipeline(&host.blended),
+            (_, Some(marks)) => {
+                pass.set_pipeline(&host.marked);
+                pass.set_bind_group(Marks::GROUP, &marks.group, &[]);
+            }
+            (_, None) => pass.set_pipeline(&host.plain),
+        }
         host.scene.bind_geometry(&mut pass);
         draw.list.record(&mut pass);
     }
@@ -338,7 +496,12 @@ pub fn difference(truth: &Frame, frame: &Frame) -> Difference {
             .visible()
             .iter()
             .filter(|id| pvs.binary_search(id).is_err())
-            .count(),
+            .count()
+            + truth
+                .blended_shown
+                .iter()
+                .filter(|id| frame.blended.binary_search(id).is_err())
+                .count(),
         ..Default::default()
     };
     assert_eq!(

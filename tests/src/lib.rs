@@ -5,16 +5,9 @@ pub mod oracle;
 
 use std::sync::OnceLock;
 
-/// A device for tests.
-#[derive(Debug)]
-pub struct Gpu {
-    /// The device; errors nobody catches fail the test.
-    pub device: wgpu::Device,
-    /// Its queue.
-    pub queue: wgpu::Queue,
-    /// Adapter name and driver.
-    pub name: String,
-}
+use hroc_runtime::{DeviceProfile, Mutant};
+pub use hroc_study::gpu::Gpu;
+use hroc_study::gpu::GpuOptions;
 
 /// The shared device, or `None` (said aloud) where `HROC_SKIP_GPU=1`.
 ///
@@ -26,31 +19,23 @@ pub fn gpu() -> Option<&'static Gpu> {
         return None;
     }
     static GPU: OnceLock<Gpu> = OnceLock::new();
-    Some(GPU.get_or_init(|| pollster::block_on(open()).unwrap_or_else(|error| panic!("{error}"))))
+    Some(GPU.get_or_init(|| {
+        Gpu::open(&GpuOptions::default())
+            .unwrap_or_else(|error| panic!("{error} (or set HROC_SKIP_GPU=1)"))
+    }))
 }
 
-async fn open() -> Result<Gpu, String> {
-    let hint = "no Vulkan adapter: apt-get install mesa-vulkan-drivers libvulkan1 (software), or set HROC_SKIP_GPU=1";
-    let instance =
-        wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
-    let adapter = instance
-        .request_adapter(&wgpu::RequestAdapterOptions::default())
-        .await
-        .map_err(|error| format!("{hint} ({error})"))?;
-    let (device, queue) = adapter
-        .request_device(&wgpu::DeviceDescriptor {
-            label: Some("hroc tests"),
-            required_features: hroc_runtime::device::features(&adapter)
-                .map_err(|error| error.to_string())?,
-            required_limits: hroc_runtime::device::limits(&adapter),
-            ..Default::default()
-        })
-        .await
-        .map_err(|error| error.to_string())?;
-    let info = adapter.get_info();
-    Ok(Gpu {
-        device,
-        queue,
-        name: format!("{} ({})", info.name, info.driver_info),
-    })
+/// The device's paths; with a safeguard left out where `HROC_MUTANT` names one (see `make mutants`).
+///
+/// # Panics
+/// If there is no such mutant.
+pub fn profile(gpu: &Gpu) -> DeviceProfile {
+    let mutant = std::env::var("HROC_MUTANT").map_or(Mutant::None, |name| {
+        let named = Mutant::ALL.into_iter().find(|mutant| mutant.name() == name);
+        named.unwrap_or_else(|| panic!("no mutant '{name}'"))
+    });
+    DeviceProfile {
+        mutant,
+        ..gpu.profile
+    }
 }

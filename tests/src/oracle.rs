@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::{DMat4, DVec2, DVec3, DVec4};
 use hroc_format::{ArchivedBounds, ArchivedScene};
+use hroc_runtime::twin::bounds::LARGEST_NDC;
 use hroc_runtime::{DepthConvention, FrameUniform};
 
 /// How an object's bounds stand to an occlusion map.
@@ -25,6 +26,8 @@ struct Lens {
     forward: DVec4,
     padding_world: f64,
     padding_per_depth: f64,
+    box_padding_world: f64,
+    box_padding_per_depth: f64,
 }
 
 impl Lens {
@@ -46,12 +49,20 @@ impl Lens {
             forward: w(frame.forward),
             padding_world: f64::from(frame.padding_world),
             padding_per_depth: f64::from(frame.padding_per_depth),
+            box_padding_world: f64::from(frame.box_padding_world),
+            box_padding_per_depth: f64::from(frame.box_padding_per_depth),
         }
     }
 
     fn padded(&self, [lo, hi]: [DVec3; 2], share: f64) -> [DVec3; 2] {
         let farthest = extreme(self.forward, [lo, hi], true).max(0.0);
         let padding = share * (self.padding_world + self.padding_per_depth * farthest);
+        [lo - padding, hi + padding]
+    }
+
+    fn rasterized(&self, [lo, hi]: [DVec3; 2]) -> [DVec3; 2] {
+        let farthest = extreme(self.forward, [lo, hi], true).max(0.0);
+        let padding = 1.01 * (self.box_padding_world + self.box_padding_per_depth * farthest);
         [lo - padding, hi + padding]
     }
 
@@ -118,7 +129,10 @@ pub fn standings(
             {
                 return Standing::Hidden;
             }
-            if extreme(lens.planes[4], loose, false) <= 0.0 {
+            let outer = lens.rasterized(loose);
+            if extreme(lens.planes[4], outer, false) <= 0.0
+                || farthest_ndc(frame, outer) > 0.99 * f64::from(LARGEST_NDC)
+            {
                 return Standing::Between;
             }
             let mut standing = Standing::Hidden;
@@ -146,11 +160,10 @@ pub fn standings(
         .collect()
 }
 
-/// Columns and rows of pixels whose rays may meet a box in front of the near plane.
-fn footprint(frame: &FrameUniform, [lo, hi]: [DVec3; 2]) -> [Range<u32>; 2] {
+/// The eight corners in clip space.
+fn clip_corners(frame: &FrameUniform, [lo, hi]: [DVec3; 2]) -> [DVec4; 8] {
     let matrix = DMat4::from_cols_array_2d(&frame.clip_from_world.map(|c| c.map(f64::from)));
-    let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    for corner in 0..8 {
+    std::array::from_fn(|corner| {
         let pick = |axis| {
             if corner >> axis & 1 == 1 {
                 hi[axis]
@@ -158,7 +171,22 @@ fn footprint(frame: &FrameUniform, [lo, hi]: [DVec3; 2]) -> [Range<u32>; 2] {
                 lo[axis]
             }
         };
-        let clip = matrix * DVec4::new(pick(0), pick(1), pick(2), 1.0);
+        matrix * DVec4::new(pick(0), pick(1), pick(2), 1.0)
+    })
+}
+
+/// Distance of the farthest corner from the middle of the image, in its half widths or heights.
+fn farthest_ndc(frame: &FrameUniform, bounds: [DVec3; 2]) -> f64 {
+    clip_corners(frame, bounds)
+        .map(|clip| (clip.x / clip.w).abs().max((clip.y / clip.w).abs()))
+        .into_iter()
+        .fold(0.0, f64::max)
+}
+
+/// Columns and rows of pixels whose rays may meet a box in front of the near plane.
+fn footprint(frame: &FrameUniform, bounds: [DVec3; 2]) -> [Range<u32>; 2] {
+    let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for clip in clip_corners(frame, bounds) {
         for (axis, sign) in [(0, 1.0), (1, -1.0)] {
             let at = (0.5 + 0.5 * sign * clip[axis] / clip.w) * f64::from(frame.size[axis]);
             // Where it cannot be told, the whole image.

@@ -3,68 +3,81 @@
 
 use glam::{DVec3, DVec4};
 use hroc_runtime::{
-    CullingMethod, DepthConvention, Grouping, Hroc, HrocOptions, Noc, Projection, Submission,
+    CullingMethod, DepthConvention, DeviceProfile, EarlyZ, Grouping, Hroc, HrocOptions, Noc,
+    Projection, Submission,
 };
 use hroc_study::hard_cases::{CASES, CaseFrame, Scale, case};
-use hroc_study::registry::{Exactness, METHODS, Parts};
+use hroc_study::registry::{Exactness, Knobs, METHODS, Mode, Parts};
 use hroc_tests::host::{Difference, Host, World, difference};
 use hroc_tests::{Gpu, gpu};
 
 const SIZE: [u32; 2] = Scale::Small.size();
 
-/// Every exact method of the registry in every mode with every tree, groupings in turn; and HROC by the
-/// submission that the device would not choose.
+/// Every exact method of the registry in every exact mode with every tree; groupings and device paths in turn.
 fn methods(
     gpu: &Gpu,
     world: &World,
     depth: DepthConvention,
 ) -> Vec<(String, Box<dyn CullingMethod>)> {
     let adaptive = Grouping::Adaptive { box_cost: 64.0 };
-    let groupings = [Grouping::Published, adaptive];
+    let mut groupings = [Grouping::Published, adaptive].into_iter().cycle();
+    let mut paths = paths(gpu).into_iter().cycle();
     let mut methods = Vec::new();
-    for method in METHODS.iter().filter(|m| m.exactness == Exactness::Exact) {
-        let modes = if method.modes.is_empty() {
-            &[""]
-        } else {
-            method.modes
-        };
+    for method in METHODS {
         let trees = if method.uses_tree {
             &world.trees[..]
         } else {
             &world.trees[..1]
         };
-        for mode in modes {
-            for (tree, grouping) in trees.iter().zip(groupings.into_iter().cycle()) {
+        let exact = |mode: &&Mode| mode.exactness == Exactness::Exact;
+        for mode in method.modes.iter().filter(exact) {
+            // Seven combinations of paths and groupings beside three trees: all of them meet.
+            groupings.next();
+            for tree in trees {
+                let grouping = groupings.next().unwrap();
+                let (submission, early_z) = paths.next().unwrap();
+                let mut scene = world.scene.clone();
+                (scene.profile.submission, scene.profile.early_z) = (submission, early_z);
                 let made = (method.make)(&Parts {
                     device: &gpu.device,
-                    queue: &gpu.queue,
-                    scene: &world.scene,
+                    scene: &scene,
                     tree: Some(tree),
                     depth,
-                    mode,
+                    mode: mode.name,
                     grouping,
+                    knobs: &Knobs::default(),
                     count_work: false,
                 });
-                let name = format!("{} {mode} {} {}", method.name, tree.split, grouping.name());
+                let name = format!(
+                    "{} {} {} {} {} {}",
+                    method.name,
+                    mode.label(),
+                    tree.split,
+                    grouping.name(),
+                    submission.name(),
+                    early_z.name()
+                );
                 methods.push((name, made));
             }
         }
     }
-    let options = HrocOptions {
-        depth,
-        grouping: adaptive,
-        submission: Some(Submission::ZeroedTail),
-        ..Default::default()
-    };
-    let hroc = Hroc::new(
-        &gpu.device,
-        &gpu.queue,
-        &world.scene,
-        &world.trees[0],
-        options,
-    );
-    methods.push(("hroc zeroed-tail".to_owned(), Box::new(hroc)));
     methods
+}
+
+/// Every combination of device paths that this device can be made to take.
+fn paths(gpu: &Gpu) -> Vec<(Submission, EarlyZ)> {
+    let pairs = Submission::ALL
+        .into_iter()
+        .flat_map(|submission| EarlyZ::ALL.map(|early_z| (submission, early_z)));
+    let fits = |&(submission, early_z): &(Submission, EarlyZ)| {
+        let profile = DeviceProfile {
+            submission,
+            early_z,
+            ..gpu.profile
+        };
+        gpu.device.features().contains(profile.features())
+    };
+    pairs.filter(fits).collect()
 }
 
 #[test]
@@ -73,14 +86,16 @@ fn conservative_methods_give_the_depth_of_drawing_everything() {
     let mut failures = Vec::new();
     for case in CASES {
         let scene = (case.make)(Scale::Small);
-        let world = World::new(gpu, scene.bake().unwrap());
         for depth in DepthConvention::ALL {
-            let mut host = Host::new(gpu, &world.scene, SIZE, depth);
+            let mut world = World::of_case(gpu, &scene);
+            let mut host = Host::new(gpu, &world, SIZE, depth);
             let mut noc = Noc::new(&gpu.device, &world.scene, depth);
             let mut views = (0..scene.view_count())
                 .map(|_| methods(gpu, &world, depth))
                 .collect::<Vec<_>>();
             for (number, frame) in scene.frames.iter().enumerate() {
+                world.advance(gpu, number);
+                host.follow(&world);
                 let truth = host.render_frame(&mut noc, frame);
                 for (name, method) in &mut views[frame.view] {
                     let found = difference(&truth, &host.render_frame(method.as_mut(), frame));
@@ -107,8 +122,8 @@ fn conservative_methods_give_the_depth_of_drawing_everything() {
 fn a_dropped_object_is_caught() {
     let Some(gpu) = gpu() else { return };
     let rooms = (case("rooms").unwrap().make)(Scale::Small);
-    let world = World::new(gpu, rooms.bake().unwrap());
-    let host = Host::new(gpu, &world.scene, SIZE, DepthConvention::Reversed);
+    let world = World::of_case(gpu, &rooms);
+    let host = Host::new(gpu, &world, SIZE, DepthConvention::Reversed);
     let mut noc = Noc::new(&gpu.device, &world.scene, DepthConvention::Reversed);
     let truth = host.render(&mut noc, &rooms.frames[0].camera);
     let mut frame = truth.clone();
@@ -131,17 +146,11 @@ fn a_dropped_object_is_caught() {
 fn little_is_drawn_where_much_is_hidden() {
     let Some(gpu) = gpu() else { return };
     let rooms = (case("rooms").unwrap().make)(Scale::Small);
-    let world = World::new(gpu, rooms.bake().unwrap());
-    let host = Host::new(gpu, &world.scene, SIZE, DepthConvention::Reversed);
+    let world = World::of_case(gpu, &rooms);
+    let host = Host::new(gpu, &world, SIZE, DepthConvention::Reversed);
     let mut noc = Noc::new(&gpu.device, &world.scene, DepthConvention::Reversed);
     for tree in &world.trees {
-        let mut hroc = Hroc::new(
-            &gpu.device,
-            &gpu.queue,
-            &world.scene,
-            tree,
-            HrocOptions::default(),
-        );
+        let mut hroc = Hroc::new(&gpu.device, &world.scene, tree, HrocOptions::default());
         for CaseFrame { camera, .. } in &rooms.frames[..6] {
             let visible = host.render(&mut noc, camera).visible().len();
             let pvs = host.render(&mut hroc, camera).pvs().len();
@@ -170,13 +179,17 @@ fn only_stray_fragments_are_dropped() {
     let (mut pixels, mut strays) = (0, 0);
     for case in CASES {
         let scene = (case.make)(Scale::Small);
-        let world = World::new(gpu, scene.bake().unwrap());
         for depth in DepthConvention::ALL {
-            let mut guarded = Host::new(gpu, &world.scene, SIZE, depth);
-            let mut unguarded = Host::with_guard(gpu, &world.scene, SIZE, depth, false);
+            let mut world = World::of_case(gpu, &scene);
+            let mut guarded = Host::new(gpu, &world, SIZE, depth);
+            let mut unguarded = Host::with_guard(gpu, &world, SIZE, depth, false);
             let mut noc = Noc::new(&gpu.device, &world.scene, depth);
             for (number, frame) in scene.frames.iter().enumerate() {
                 let size = frame.size.unwrap_or(SIZE);
+                world.advance(gpu, number);
+                guarded.follow(&world);
+                unguarded.follow(&world);
+                let moving_bounds = world.moving_bounds(gpu);
                 let (kept, all) = (
                     guarded.render_frame(&mut noc, frame),
                     unguarded.render_frame(&mut noc, frame),
@@ -186,14 +199,18 @@ fn only_stray_fragments_are_dropped() {
                     if a.to_bits() != b.to_bits() {
                         strays += 1;
                         let pixel = [i as u32 % size[0], i as u32 / size[0]];
-                        let bounds = &world.baked.scene().object_bounds[all.item[i] as usize];
+                        let id = all.item[i] as usize;
+                        let baked = &world.baked.scene().object_bounds;
+                        let bounds = baked
+                            .get(id)
+                            .map_or_else(|| moving_bounds[id - baked.len()], |b| b.to_native());
                         let near = nearest_depth(
                             &world.scene.shape,
                             &frame.camera,
                             depth,
                             size,
                             pixel,
-                            bounds,
+                            &bounds,
                         );
                         let outside = match depth {
                             DepthConvention::Standard => f64::from(*b) < near,
@@ -224,7 +241,7 @@ fn nearest_depth(
     depth: DepthConvention,
     size: [u32; 2],
     pixel: [u32; 2],
-    bounds: &hroc_format::ArchivedBounds,
+    bounds: &hroc_format::Bounds,
 ) -> f64 {
     let clip = camera
         .clip_from_world(depth, size, shape.origin, shape.radius)
@@ -251,8 +268,8 @@ fn nearest_depth(
         };
     let eye = camera.position - shape.origin;
     let corner = |corner: [f64; 3]| DVec3::from_array(corner);
-    let lo = corner(bounds.min.map(|x| f64::from(x.to_native())));
-    let hi = corner(bounds.max.map(|x| f64::from(x.to_native())));
+    let lo = corner(bounds.min.map(f64::from));
+    let hi = corner(bounds.max.map(f64::from));
     let reach = (lo - eye).abs().max((hi - eye).abs()).length();
     let pixel_size = match camera.projection {
         Projection::Perspective { fov_y_rad } => {

@@ -2,6 +2,7 @@
 //! no culling shows of it.
 
 use glam::{DAffine3, DVec2, DVec3};
+use hroc_preprocess::scene::AlphaMode;
 use hroc_runtime::{DepthConvention, FrameUniform, Noc, Projection};
 use hroc_study::hard_cases::{CASES, CaseScene, Scale, case};
 use hroc_tests::gpu;
@@ -63,6 +64,11 @@ const CHECKS: &[(&str, Check)] = &[
                 .all(|i| seen.size(i) != seen.size(i - 1))
         );
     }),
+    ("jitter", jitter),
+    ("glass", glass),
+    ("fence", fence),
+    ("crossing", crossing),
+    ("taken-apart", |seen| assert!(moving_objects_show(seen) > 0)),
 ];
 
 #[test]
@@ -97,13 +103,18 @@ impl Seen {
     fn new(name: &str, depth: DepthConvention) -> Option<Self> {
         let gpu = gpu()?;
         let scene = (case(name).unwrap().make)(Scale::Small);
-        let world = World::new(gpu, scene.bake().unwrap());
-        let mut host = Host::new(gpu, &world.scene, Scale::Small.size(), depth);
+        let mut world = World::of_case(gpu, &scene);
+        let mut host = Host::new(gpu, &world, Scale::Small.size(), depth);
         let mut noc = Noc::new(&gpu.device, &world.scene, depth);
         let images = scene
             .frames
             .iter()
-            .map(|frame| host.render_frame(&mut noc, frame))
+            .enumerate()
+            .map(|(number, frame)| {
+                world.advance(gpu, number);
+                host.follow(&world);
+                host.render_frame(&mut noc, frame)
+            })
             .collect();
         let corner = |corner: [f32; 3]| DVec3::from_array(corner.map(f64::from));
         let bounds = world.baked.scene().object_bounds.iter().map(|bounds| {
@@ -786,5 +797,91 @@ fn two_views(seen: &Seen) {
         assert_ne!(seen.visible(i), seen.visible(i - 1));
         let orthographic = matches!(frames[i].camera.projection, Projection::Orthographic { .. });
         assert_eq!(orthographic, frames[i].view == 1);
+    }
+}
+
+fn jitter(seen: &Seen) {
+    let camera = |i: usize| seen.scene.frames[i].camera;
+    for i in seen.frames().skip(1) {
+        let still = hroc_runtime::Camera {
+            jitter_px: camera(0).jitter_px,
+            ..camera(i)
+        };
+        assert_eq!(
+            still,
+            camera(0),
+            "frame {i}: nothing but the jitter changes"
+        );
+        assert_ne!(seen.images[i].item, seen.images[i - 1].item, "frame {i}");
+    }
+    let far = |i: &usize| camera(*i).jitter_px.iter().any(|px| px.abs() > 8.0);
+    assert!(seen.frames().filter(far).count() > 1);
+}
+
+/// Blended objects never stand in the item buffer, some show through others, some are hidden.
+fn glass(seen: &Seen) {
+    let blended = with_alpha(seen, AlphaMode::Blended);
+    let (mut shown, mut hidden) = (0, 0);
+    for i in seen.frames() {
+        assert!(
+            seen.visible(i).iter().all(|id| !blended.contains(id)),
+            "frame {i}"
+        );
+        shown += seen.images[i].blended_shown.len();
+        hidden += blended.len() - seen.images[i].blended_shown.len();
+    }
+    assert!(
+        shown > 100 && hidden > 100,
+        "{shown} times a blended object shows, {hidden} times not"
+    );
+}
+
+/// Through the holes of masked objects others show.
+fn fence(seen: &Seen) {
+    let masked = with_alpha(seen, AlphaMode::Masked);
+    let mut through = 0;
+    for i in seen.frames() {
+        let visible = seen.visible(i);
+        through += masked.iter().filter(|id| visible.contains(id)).count();
+    }
+    assert!(through > 40, "{through} times a masked object shows");
+    let walls = |id: &u32| !masked.contains(id);
+    assert!(
+        seen.visible(0).iter().any(walls),
+        "something behind the first row shows"
+    );
+}
+
+fn with_alpha(seen: &Seen, alpha: AlphaMode) -> Vec<u32> {
+    let objects = seen.scene.source.objects.iter().zip(0..);
+    objects
+        .filter(|(object, _)| object.alpha == alpha)
+        .map(|(_, id)| id)
+        .collect()
+}
+
+fn moving_objects_show(seen: &Seen) -> usize {
+    let first = seen.world.scene.shape.static_count;
+    let counts = seen.frames().map(|i| {
+        let visible = seen.visible(i);
+        visible.iter().filter(|id| **id >= first).count()
+    });
+    let counts = counts.collect::<Vec<_>>();
+    let total = counts.iter().sum();
+    assert!(
+        total > 2 * counts.len(),
+        "moving objects that show, by frame: {counts:?}"
+    );
+    total
+}
+
+/// Some cars show, most are hidden; the still camera sees something else in every frame.
+fn crossing(seen: &Seen) {
+    let shown = moving_objects_show(seen);
+    let cars = seen.world.scene.shape.moving_capacity() as usize;
+    assert!(2 * shown < cars * seen.images.len(), "{shown} shown");
+    let still = seen.images.len() / 2;
+    for i in seen.frames().skip(still + 1) {
+        assert_ne!(seen.images[i].item, seen.images[i - 1].item, "frame {i}");
     }
 }

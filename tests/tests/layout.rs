@@ -44,6 +44,7 @@ fn shared_structs_have_one_layout() {
         clip_from_world, planes, forward, ray_origin, padding_world, ray_origin_dx, padding_per_depth, ray_origin_dy,
         near, ray_direction, object_count, ray_direction_dx, node_count, ray_direction_dy, depth_tolerance,
         depth_along_ray, depth_tolerance_over_w, depth_tolerance_relative, size,
+        box_padding_world, box_padding_per_depth, static_count, reserved,
     });
     let pack = module("pack");
     check!(pack."DrawCommand" == wgpu::util::DrawIndexedIndirectArgs { index_count, instance_count, first_index, base_vertex, first_instance });

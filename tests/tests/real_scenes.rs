@@ -63,7 +63,7 @@ fn real_scenes_are_drawn_exactly() {
                 .unwrap_or_else(|e| panic!("{name}: {e}"));
         let world = World::new(gpu, baked);
         let depth = DepthConvention::Reversed;
-        let host = Host::new(gpu, &world.scene, SIZE, depth);
+        let host = Host::new(gpu, &world, SIZE, depth);
         let mut noc = Noc::new(&gpu.device, &world.scene, depth);
         let options = HrocOptions {
             depth,
@@ -72,7 +72,7 @@ fn real_scenes_are_drawn_exactly() {
         let mut methods = world
             .trees
             .iter()
-            .map(|tree| Hroc::new(&gpu.device, &gpu.queue, &world.scene, tree, options))
+            .map(|tree| Hroc::new(&gpu.device, &world.scene, tree, options))
             .collect::<Vec<_>>();
         let (walk, circle) = (walk_in(world.baked.scene()), orbit(world.baked.scene()));
         // Two neighbouring frames each outside, on the way in and inside: one with a cut, one that coheres.

@@ -157,6 +157,8 @@ fn bounds_agree_with_their_twin_and_never_miss() {
         radius: 40.0,
         reach: 70.0,
         object_count: 1,
+        static_count: 1,
+        subpixel_step_px: 1.0 / 16.0,
     };
     let mut rng = Rng(11);
     let (mut compared, mut contested) = (0usize, 0usize);
@@ -270,6 +272,8 @@ fn pack_agrees_with_its_twin() {
                     }
                 })
                 .collect::<Vec<_>>();
+            // Half of all objects are in the class.
+            let class = words.iter().map(|_| rng.bits() as u32).collect::<Vec<_>>();
             let meshes = (0..7u32)
                 .map(|i| ArchivedMesh {
                     first_index: (30 * i).into(),
@@ -287,6 +291,8 @@ fn pack_agrees_with_its_twin() {
 
             let storage = wgpu::BufferUsages::STORAGE;
             let members = buffer(gpu, bytemuck::cast_slice(&words), storage);
+            let object_class = buffer(gpu, bytemuck::cast_slice(&class), storage);
+            let packed = buffer(gpu, &vec![0; words.len() * 4], storage);
             let bases = buffer(gpu, &vec![0; words.len() * 4], storage);
             let total = buffer(gpu, &[0; 4], storage);
             let commands = buffer(gpu, &vec![0; count as usize * 20], storage);
@@ -302,16 +308,23 @@ fn pack_agrees_with_its_twin() {
                 &wgsl,
                 "pack_scan",
                 &[],
-                &[(0, &members), (1, &bases), (2, &total), (6, &limits)],
+                &[
+                    (0, &members),
+                    (1, &object_class),
+                    (2, &packed),
+                    (3, &bases),
+                    (4, &total),
+                    (8, &limits),
+                ],
                 1,
             );
             let emit = [
-                (0, &members),
-                (1, &bases),
-                (3, &commands),
-                (4, &object_buffer),
-                (5, &mesh_buffer),
-                (6, &limits),
+                (2, &packed),
+                (3, &bases),
+                (5, &commands),
+                (6, &object_buffer),
+                (7, &mesh_buffer),
+                (8, &limits),
             ];
             run(
                 gpu,
@@ -322,7 +335,7 @@ fn pack_agrees_with_its_twin() {
                 (words.len() as u32).div_ceil(64),
             );
 
-            let expected = pack::pack(&words, &objects, &meshes);
+            let expected = pack::pack(&words, &class, &objects, &meshes);
             let found = readback::words(&gpu.device, &gpu.queue, &commands);
             assert_eq!(
                 readback::words(&gpu.device, &gpu.queue, &total)[0] as usize,

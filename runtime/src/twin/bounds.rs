@@ -7,6 +7,8 @@ use crate::frame_uniform::FrameUniform;
 /// As in the shader.
 pub const SLAB_WIDENING: f32 = 1.000_001_9;
 const SMALLEST_DIRECTION: f32 = 1e-12;
+/// As in the shader.
+pub const LARGEST_NDC: f32 = 32.0;
 
 /// An axis-aligned box, world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,17 +28,35 @@ pub struct Ray {
     pub inverse_direction: Vec3,
 }
 
-/// Grows bounds by all that rasterization and rounding can move geometry.
-pub fn padded(frame: &FrameUniform, lo: [f32; 3], hi: [f32; 3]) -> Box3 {
-    let (lo, hi) = (Vec3::from(lo), Vec3::from(hi));
+fn grown(frame: &FrameUniform, b: Box3, everywhere: f32, per_depth: f32) -> Box3 {
     let forward = Vec4::from(frame.forward);
-    let farthest =
-        forward.xyz().max(Vec3::ZERO).dot(hi) + forward.xyz().min(Vec3::ZERO).dot(lo) + forward.w;
-    let padding = frame.padding_world + frame.padding_per_depth * farthest.max(0.0);
+    let farthest = forward.xyz().max(Vec3::ZERO).dot(b.max)
+        + forward.xyz().min(Vec3::ZERO).dot(b.min)
+        + forward.w;
+    let padding = everywhere + per_depth * farthest.max(0.0);
     Box3 {
-        min: lo - padding,
-        max: hi + padding,
+        min: b.min - padding,
+        max: b.max + padding,
     }
+}
+
+/// Grows bounds by all that rasterization and rounding can move geometry: what rays are tested against.
+pub fn padded(frame: &FrameUniform, lo: [f32; 3], hi: [f32; 3]) -> Box3 {
+    let b = Box3 {
+        min: lo.into(),
+        max: hi.into(),
+    };
+    grown(frame, b, frame.padding_world, frame.padding_per_depth)
+}
+
+/// What is rasterized for a padded box.
+pub fn rasterized(frame: &FrameUniform, b: Box3) -> Box3 {
+    grown(
+        frame,
+        b,
+        frame.box_padding_world,
+        frame.box_padding_per_depth,
+    )
 }
 
 /// Signed distance from a plane to the box's corner farthest along the plane's normal.
@@ -62,8 +82,17 @@ pub fn touches_near(frame: &FrameUniform, b: Box3) -> bool {
     nearest_along(Vec4::from(frame.planes[4]), b) <= 0.0
 }
 
-/// Pixels of the screen rectangle round a box that does not touch the near plane.
-pub fn screen_area(frame: &FrameUniform, b: Box3) -> f32 {
+/// Where a box that does not touch the near plane falls in the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    /// Pixels of the screen rectangle round it.
+    pub area_px: f32,
+    /// Distance of its farthest corner from the middle, in half widths or heights of the image.
+    pub farthest_ndc: f32,
+}
+
+/// The footprint of a box that does not touch the near plane.
+pub fn footprint(frame: &FrameUniform, b: Box3) -> Footprint {
     let columns = frame.clip_from_world.map(Vec4::from);
     let size = b.max - b.min;
     let base = columns[0] * b.min.x + columns[1] * b.min.y + columns[2] * b.min.z + columns[3];
@@ -72,7 +101,10 @@ pub fn screen_area(frame: &FrameUniform, b: Box3) -> f32 {
         columns[1] * size.y,
         columns[2] * size.z,
     ];
-    let (mut lo, mut hi) = (Vec2::ONE, Vec2::NEG_ONE);
+    let (mut lo, mut hi) = (
+        Vec2::splat(LARGEST_NDC * 2.0),
+        Vec2::splat(LARGEST_NDC * -2.0),
+    );
     for corner in 0..8 {
         let mut clip = base;
         for (axis, edge) in edges.into_iter().enumerate() {
@@ -88,7 +120,10 @@ pub fn screen_area(frame: &FrameUniform, b: Box3) -> f32 {
     }
     let pixels = Vec2::new(frame.size[0] as f32, frame.size[1] as f32);
     let extent = (hi.min(Vec2::ONE) - lo.max(Vec2::NEG_ONE)).max(Vec2::ZERO) * 0.5 * pixels;
-    extent.x * extent.y
+    Footprint {
+        area_px: extent.x * extent.y,
+        farthest_ndc: lo.abs().max(hi.abs()).max_element(),
+    }
 }
 
 /// The ray through a fragment's position (pixels, y down).
@@ -133,18 +168,27 @@ pub fn entry(ray: Ray, b: Box3, near: f32) -> f32 {
     }
 }
 
-/// Whether a surface that starts at ray parameter `t` can be at or in front of `depth`.
-pub fn may_show(frame: &FrameUniform, reversed: bool, t: f32, depth: f32) -> bool {
+/// The depth of what starts at ray parameter `t`, rounded toward visible but for what the map's depth adds.
+pub fn earliest_depth(frame: &FrameUniform, reversed: bool, t: f32) -> f32 {
     let nearer = t / SLAB_WIDENING;
     let along = Vec4::from(frame.depth_along_ray);
     let w = along.z + along.w * nearer;
     let entry_depth = (along.x + along.y * nearer) / w;
-    let tolerance = frame.depth_tolerance
-        + frame.depth_tolerance_over_w / w
-        + frame.depth_tolerance_relative * depth.abs();
+    let tolerance = frame.depth_tolerance + frame.depth_tolerance_over_w / w;
     if reversed {
-        entry_depth + tolerance >= depth
+        entry_depth + tolerance
     } else {
-        entry_depth - tolerance <= depth
+        entry_depth - tolerance
+    }
+}
+
+/// Whether a surface that starts at ray parameter `t` can be at or in front of `depth`.
+pub fn may_show(frame: &FrameUniform, reversed: bool, t: f32, depth: f32) -> bool {
+    let tolerance = frame.depth_tolerance_relative * depth.abs();
+    let earliest = earliest_depth(frame, reversed, t);
+    if reversed {
+        earliest + tolerance >= depth
+    } else {
+        earliest - tolerance <= depth
     }
 }

@@ -1,8 +1,8 @@
 //! Twin of extract_groups.wgsl.
 
-use hroc_format::{ArchivedBvhNode, NO_OBJECT};
+use hroc_format::{ArchivedBvhNode, Bounds, NO_OBJECT};
 
-use super::bounds::{Box3, in_frustum, padded, screen_area, touches_near};
+use super::bounds::{Box3, LARGEST_NDC, footprint, in_frustum, padded, rasterized, touches_near};
 use super::{contains, insert};
 use crate::frame_uniform::FrameUniform;
 
@@ -28,18 +28,22 @@ pub struct Groups {
     pub untested: Vec<u32>,
 }
 
-/// Runs the stage on sets of one bit per object. `largest_group_px` is the frame's threshold of adaptive
-/// grouping.
+/// Runs the stage on sets of one bit per object. `moving_bounds`: world bounds of the objects that move, from
+/// the first id after the tree's; `largest_group_px`: the frame's threshold of adaptive grouping.
 pub fn extract_groups(
     frame: &FrameUniform,
     tree: TreeView<'_>,
+    moving_bounds: &[Bounds],
     potential_occluders: &[u32],
     effective_occluders: &[u32],
     largest_group_px: f32,
 ) -> Groups {
     let mut visible_nodes = vec![0; tree.nodes.len().div_ceil(32)];
     for object in crate::readback::members_of(effective_occluders) {
-        let mut n = tree.leaf_of_object[object as usize];
+        let Some(&leaf) = tree.leaf_of_object.get(object as usize) else {
+            continue;
+        };
+        let mut n = leaf;
         while !insert(&mut visible_nodes, n) && n != 0 {
             n = tree.parents[n as usize];
         }
@@ -52,9 +56,26 @@ pub fn extract_groups(
             node.max.map(|x| x.to_native()),
         )
     };
-    let refine = |b: Box3| touches_near(frame, b) || screen_area(frame, b) > largest_group_px;
+    // Of a padded box; `None` where no rasterized box can stand for it.
+    let area_px = |b: Box3| {
+        let outer = rasterized(frame, b);
+        if touches_near(frame, outer) {
+            return None;
+        }
+        let footprint = footprint(frame, outer);
+        (footprint.farthest_ndc <= LARGEST_NDC).then_some(footprint.area_px)
+    };
+    let refine = |b: Box3| area_px(b).is_none_or(|px| px > largest_group_px);
     let mut groups = Vec::new();
     let mut untested = vec![0; potential_occluders.len()];
+    let mut test_object = |object: u32, n: u32, b: Box3| {
+        if area_px(b).is_some() {
+            groups.push(n);
+        } else if !contains(potential_occluders, object) {
+            insert(&mut untested, object);
+        }
+    };
+    let mut interior = Vec::new();
     for n in 0..tree.nodes.len() as u32 {
         if contains(&visible_nodes, n) {
             continue;
@@ -68,16 +89,22 @@ pub fn extract_groups(
             continue;
         }
         let object = tree.nodes[n as usize].object.to_native();
-        if object == NO_OBJECT {
-            if !refine(b) {
-                groups.push(n);
-            }
-        } else if !touches_near(frame, b) {
-            groups.push(n);
-        } else if !contains(potential_occluders, object) {
-            insert(&mut untested, object);
+        if object != NO_OBJECT {
+            test_object(object, n, b);
+        } else if !refine(b) {
+            interior.push(n);
         }
     }
+    for (bounds, slot) in moving_bounds.iter().zip(0..) {
+        let object = frame.static_count + slot;
+        let b = padded(frame, bounds.min, bounds.max);
+        let empty = bounds.min[0] > bounds.max[0];
+        if !empty && !contains(potential_occluders, object) && in_frustum(frame, b) {
+            test_object(object, frame.node_count + slot, b);
+        }
+    }
+    groups.extend(interior);
+    groups.sort_unstable();
     Groups {
         visible_nodes,
         groups,

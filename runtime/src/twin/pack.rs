@@ -2,10 +2,16 @@
 
 use hroc_format::{ArchivedMesh, ArchivedObject};
 
-/// The draw commands of the members of a set (one bit per object), in object order: index count, instance
-/// count, first index, base vertex, first instance.
-pub fn pack(members: &[u32], objects: &[ArchivedObject], meshes: &[ArchivedMesh]) -> Vec<[u32; 5]> {
-    crate::readback::members_of(members)
+/// The draw commands of those members of a set (one bit per object) that are in a class, in object order:
+/// index count, instance count, first index, base vertex, first instance.
+pub fn pack(
+    members: &[u32],
+    object_class: &[u32],
+    objects: &[ArchivedObject],
+    meshes: &[ArchivedMesh],
+) -> Vec<[u32; 5]> {
+    let packed = members.iter().zip(object_class).map(|(a, b)| a & b);
+    crate::readback::members_of(&packed.collect::<Vec<_>>())
         .map(|object| {
             let mesh = &meshes[objects[object as usize].mesh.to_native() as usize];
             [

@@ -214,6 +214,7 @@ impl CameraPath {
             },
             near: self.near,
             far: self.far,
+            jitter_px: [0.0; 2],
         }
     }
 

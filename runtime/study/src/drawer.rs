@@ -1,7 +1,8 @@
-//! The study's own rendering behind the runtime's [`Drawer`] seam: one pipeline for every pass of a frame.
+//! The study's own rendering behind the runtime's [`Drawer`] seam: one arithmetic for every pass of a frame.
 
 use hroc_runtime::{
-    Camera, CameraError, DepthConvention, Draw, Drawer, FrameUniform, Scene, Targets,
+    Camera, CameraError, DepthConvention, Draw, Drawer, FrameUniform, Marks, Scene, SceneShape,
+    Stage, Targets,
 };
 
 use crate::targets::FrameTargets;
@@ -14,13 +15,16 @@ const BACKGROUND: wgpu::Color = wgpu::Color {
     a: 1.0,
 };
 
-/// The shader's text before its imports are resolved.
+/// The shaders' text before their imports are resolved.
 const WGSL: &str = include_str!("wgsl/object_color.wgsl");
+const MARKED_WGSL: &str = include_str!("wgsl/object_color_marked.wgsl");
 
 /// Draws objects with their base colour and their id.
 #[derive(Debug)]
 pub struct ObjectDrawer {
-    pipeline: wgpu::RenderPipeline,
+    plain: wgpu::RenderPipeline,
+    marked: wgpu::RenderPipeline,
+    blended: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
     frame: wgpu::Buffer,
     eye: wgpu::Buffer,
@@ -41,57 +45,19 @@ impl ObjectDrawer {
         targets: &FrameTargets,
         depth: DepthConvention,
     ) -> Self {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("object_color"),
-            source: wgpu::ShaderSource::Wgsl(Self::wgsl().into()),
-        });
+        Self::with_holes(device, scene, targets, depth, false)
+    }
+
+    /// The same; `holes`: masked objects get holes, for tests, as baked scenes hold no textures.
+    pub fn with_holes(
+        device: &wgpu::Device,
+        scene: &Scene,
+        targets: &FrameTargets,
+        depth: DepthConvention,
+        holes: bool,
+    ) -> Self {
         let layout = bind_group_layout(device);
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("object_color"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let constants = depth.constants();
-        let options = wgpu::PipelineCompilationOptions {
-            constants: &constants,
-            ..Default::default()
-        };
-        let with_normals = [Some(Scene::POSITIONS), Some(Scene::NORMALS)];
-        let (entry_point, buffers) = match scene.normals {
-            Some(_) => ("object_vertex_with_normal", &with_normals[..]),
-            None => ("object_vertex", &with_normals[..1]),
-        };
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("object_color"),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some(entry_point),
-                compilation_options: options.clone(),
-                buffers,
-            },
-            // Both faces: no cull mode.
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: Targets::DEPTH_FORMAT,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(depth.nearer()),
-                stencil: Default::default(),
-                bias: Default::default(),
-            }),
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("object_color"),
-                compilation_options: options.clone(),
-                targets: &[
-                    Some(FrameTargets::COLOR_FORMAT.into()),
-                    Some(Targets::ITEM_FORMAT.into()),
-                ],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+        let pipeline = |variant| pipeline(device, scene, &layout, depth, holes, variant);
         let uniform = |label, size| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
@@ -116,7 +82,9 @@ impl ObjectDrawer {
             entries: &entries,
         });
         Self {
-            pipeline,
+            plain: pipeline(Variant::Plain),
+            marked: pipeline(Variant::Marked),
+            blended: pipeline(Variant::Blended),
             group,
             frame,
             eye,
@@ -130,7 +98,7 @@ impl ObjectDrawer {
         self.color = targets.color_view.clone();
     }
 
-    /// Where the next submitted frame is seen from.
+    /// Where the next submitted frame is seen from; `shape`: the scene's in that frame.
     ///
     /// # Errors
     /// If the camera is degenerate.
@@ -140,8 +108,8 @@ impl ObjectDrawer {
         camera: &Camera,
         depth: DepthConvention,
         size: [u32; 2],
+        shape: &SceneShape,
     ) -> Result<(), CameraError> {
-        let shape = &self.scene.shape;
         let frame = FrameUniform::new(camera, depth, size, shape)?;
         let eye = (camera.position - shape.origin).extend(1.0).as_vec4();
         queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
@@ -172,11 +140,111 @@ impl Drawer for ObjectDrawer {
             depth_stencil_attachment: Some(draw.depth_attachment()),
             ..Default::default()
         });
-        pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.group, &[]);
+        match (draw.stage, draw.marks) {
+            (Stage::RenderBlended, _) => pass.set_pipeline(&self.blended),
+            (_, Some(marks)) => {
+                pass.set_pipeline(&self.marked);
+                pass.set_bind_group(Marks::GROUP, &marks.group, &[]);
+            }
+            (_, None) => pass.set_pipeline(&self.plain),
+        }
         self.scene.bind_geometry(&mut pass);
         draw.list.record(&mut pass);
     }
+}
+
+/// The ways to draw objects.
+#[derive(Clone, Copy, PartialEq)]
+enum Variant {
+    Plain,
+    /// Marks what passes the depth test.
+    Marked,
+    /// Over the rest, half transparent; writes neither depth nor item buffer.
+    Blended,
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    scene: &Scene,
+    layout: &wgpu::BindGroupLayout,
+    depth: DepthConvention,
+    holes: bool,
+    variant: Variant,
+) -> wgpu::RenderPipeline {
+    let marked = variant == Variant::Marked;
+    let text = if marked {
+        [WGSL, MARKED_WGSL].concat()
+    } else {
+        WGSL.to_owned()
+    };
+    let wgsl = hroc_shaders::resolve(&text).expect("the crate's own imports exist");
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("object_color"),
+        source: wgpu::ShaderSource::Wgsl(wgsl.into()),
+    });
+    let marks_layout = marked.then(|| Marks::layout(device));
+    let mut layouts = vec![Some(layout)];
+    if let Some(marks_layout) = &marks_layout {
+        layouts.resize(Marks::GROUP as usize, None);
+        layouts.push(Some(marks_layout));
+    }
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("object_color"),
+        bind_group_layouts: &layouts,
+        immediate_size: 0,
+    });
+    let constants = [depth.constants()[0], ("HOLES", f64::from(u8::from(holes)))];
+    let options = wgpu::PipelineCompilationOptions {
+        constants: &constants,
+        ..Default::default()
+    };
+    let with_normals = [Some(Scene::POSITIONS), Some(Scene::NORMALS)];
+    let (entry_point, buffers) = match scene.normals {
+        Some(_) => ("object_vertex_with_normal", &with_normals[..]),
+        None => ("object_vertex", &with_normals[..1]),
+    };
+    let blended = variant == Variant::Blended;
+    let color = wgpu::ColorTargetState {
+        blend: blended.then_some(wgpu::BlendState::ALPHA_BLENDING),
+        ..FrameTargets::COLOR_FORMAT.into()
+    };
+    let mut item = wgpu::ColorTargetState::from(Targets::ITEM_FORMAT);
+    if blended {
+        item.write_mask = wgpu::ColorWrites::empty();
+    }
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("object_color"),
+        layout: Some(&pipeline_layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some(entry_point),
+            compilation_options: options.clone(),
+            buffers,
+        },
+        // Both faces: no cull mode.
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: Targets::DEPTH_FORMAT,
+            depth_write_enabled: Some(!blended),
+            depth_compare: Some(depth.nearer()),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some(match variant {
+                Variant::Plain => "object_color",
+                Variant::Marked => "object_color_marked",
+                Variant::Blended => "object_color_blended",
+            }),
+            compilation_options: options,
+            targets: &[Some(color), Some(item)],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
 }
 
 fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {

@@ -78,7 +78,8 @@ impl StudyError {
             | Self::Camera { .. }
             | Self::HardCase { .. }
             | Self::Upload(UploadError::NoTree { .. }) => exit::BAD_INPUT,
-            Self::Upload(UploadError::TooLarge { .. }) | Self::Gpu(_) => exit::DEVICE,
+            Self::Upload(UploadError::TooLarge { .. } | UploadError::TooManyObjects { .. })
+            | Self::Gpu(_) => exit::DEVICE,
         }
     }
 

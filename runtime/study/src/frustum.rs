@@ -49,6 +49,7 @@ mod tests {
                     },
                     near: 1.0,
                     far,
+                    jitter_px: [0.0; 2],
                 };
                 let clip = camera
                     .clip_from_world(depth, [100, 100], DVec3::ZERO, 10.0)

@@ -4,6 +4,7 @@ use std::env;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::gpu_clock::GpuClock;
+use hroc_runtime::DeviceProfile;
 use wgpu::{AdapterInfo, Backends, DeviceType, InstanceFlags};
 
 /// Environment variable with part of the adapter's name, for when `--adapter` is not given.
@@ -50,6 +51,16 @@ pub enum GpuError {
         /// The adapter's name.
         adapter: String,
     },
+    /// It lacks what a forced path needs.
+    #[error(
+        "the forced path needs {features}, which the adapter '{adapter}' lacks; leave --submission and --early-z out"
+    )]
+    PathUnfit {
+        /// What is missing.
+        features: String,
+        /// The adapter's name.
+        adapter: String,
+    },
     /// It has no timestamps.
     #[error("the adapter '{0}' has no timestamps; use --clock wall")]
     NoClock(String),
@@ -78,6 +89,8 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// What it runs on.
     pub info: AdapterInfo,
+    /// The paths it takes, found by probing.
+    pub profile: DeviceProfile,
     failure: Arc<Mutex<Option<String>>>,
 }
 
@@ -133,10 +146,12 @@ impl Gpu {
                 keep_first(&of_loss, format!("lost: {message}"));
             }
         });
+        let profile = DeviceProfile::probe(&device, &queue);
         Ok(Self {
             device,
             queue,
             info,
+            profile,
             failure,
         })
     }

@@ -37,6 +37,11 @@ impl IdSet {
         hroc_runtime::readback::members_of(&self.words)
     }
 
+    /// The first `count` members.
+    pub fn first(&self, count: u32) -> Self {
+        self.iter().take(count as usize).collect()
+    }
+
     /// Members of either.
     pub fn union(&self, other: &Self) -> Self {
         self.combine(other, |a, b| a | b)

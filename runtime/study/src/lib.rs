@@ -2,10 +2,12 @@
 //! reports. The command is `hroc`; README.md beside this crate documents it.
 #![warn(missing_docs)]
 
+pub mod blended_truth;
 pub mod camera_path;
 pub mod check;
 pub mod cli;
 pub mod drawer;
+pub mod drawn;
 pub mod error;
 pub mod frustum;
 pub mod gpu;

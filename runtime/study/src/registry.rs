@@ -1,7 +1,8 @@
 //! Every culling method that the study can run. A new method is one entry of [`METHODS`].
 
 use hroc_runtime::{
-    CullingMethod, DepthConvention, Grouping, HostSync, Hroc, HrocOptions, Noc, Scene, Tree, device,
+    CullingMethod, DepthConvention, Grouping, HostSync, Hroc, HrocMode, HrocOptions, Noc, Scene,
+    Tree, device,
 };
 use wgpu::Features;
 
@@ -10,18 +11,18 @@ use wgpu::Features;
 pub struct Parts<'a> {
     /// Where it runs.
     pub device: &'a wgpu::Device,
-    /// Its queue.
-    pub queue: &'a wgpu::Queue,
     /// What it culls.
     pub scene: &'a Scene,
     /// The hierarchy over it; there for every method that [uses](Method::uses_tree) one.
     pub tree: Option<&'a Tree>,
     /// How depth is stored.
     pub depth: DepthConvention,
-    /// One of the method's [`modes`](Method::modes); empty where it has none.
+    /// One of the method's [`modes`](Method::modes); the name of one that has none is empty.
     pub mode: &'a str,
     /// How coarse the groups are, for a method that groups.
     pub grouping: Grouping,
+    /// Values of the method's [`knobs`](Method::knobs).
+    pub knobs: &'a Knobs,
     /// Counts work where the method can, see [`hroc_runtime::Sets::work`].
     pub count_work: bool,
 }
@@ -45,6 +46,86 @@ impl Exactness {
     }
 }
 
+/// A mode of a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mode {
+    /// Name on the command line and in reports; empty for the one mode of a method without modes.
+    pub name: &'static str,
+    /// Whether its image is exact.
+    pub exactness: Exactness,
+    /// Whether the host waits for the GPU.
+    pub host_sync: HostSync,
+}
+
+impl Mode {
+    /// As a column of a table: `-` for the mode of a method without modes.
+    pub const fn label(&self) -> &'static str {
+        if self.name.is_empty() { "-" } else { self.name }
+    }
+}
+
+/// The one mode of a method without modes that is exact and never waits.
+const PLAIN: Mode = Mode {
+    name: "",
+    exactness: Exactness::Exact,
+    host_sync: HostSync::Never,
+};
+
+const fn hroc_mode(mode: HrocMode) -> Mode {
+    Mode {
+        name: mode.name(),
+        exactness: if mode.is_exact() {
+            Exactness::Exact
+        } else {
+            Exactness::Approximate
+        },
+        host_sync: mode.host_sync(),
+    }
+}
+
+/// A number that trades speed against error or work.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knob {
+    /// Name on the command line and in reports.
+    pub name: &'static str,
+    /// What it does, with its unit.
+    pub help: &'static str,
+    /// Where it stands if nobody turns it.
+    pub default: f64,
+    /// Where a sweep puts it.
+    pub sweep: &'static [f64],
+}
+
+/// Values of knobs that differ from their defaults.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Knobs(Vec<(&'static str, f64)>);
+
+impl Knobs {
+    /// Turns a knob.
+    pub fn set(&mut self, knob: &Knob, value: f64) {
+        self.0.retain(|(name, _)| *name != knob.name);
+        self.0.push((knob.name, value));
+    }
+
+    /// Where a knob stands.
+    pub fn get(&self, knob: &Knob) -> f64 {
+        let set = self.0.iter().find(|(name, _)| *name == knob.name);
+        set.map_or(knob.default, |(_, value)| *value)
+    }
+
+    /// The knobs that were turned.
+    pub fn turned(&self) -> &[(&'static str, f64)] {
+        &self.0
+    }
+}
+
+const LATE_MARGIN: Knob = Knob {
+    name: "late-margin",
+    help: "modes cr-late and cr-late-exact: draws beyond the last count that are allowed, as a share of it",
+    default: 0.25,
+    sweep: &[0.0, 0.05, 0.25, 1.0, 4.0],
+};
+
 /// A culling method as the study knows it.
 #[derive(Clone, Copy, Debug)]
 pub struct Method {
@@ -52,14 +133,12 @@ pub struct Method {
     pub name: &'static str,
     /// What it is and where it was published.
     pub source: &'static str,
-    /// Whether its image is exact.
-    pub exactness: Exactness,
-    /// Whether the host waits for the GPU.
-    pub host_sync: HostSync,
     /// Device features without which it does not run.
     pub features: Features,
-    /// Names of its modes, the default first; empty where it has none.
-    pub modes: &'static [&'static str],
+    /// Its modes, the default first.
+    pub modes: &'static [Mode],
+    /// Its knobs.
+    pub knobs: &'static [Knob],
     /// It reads the hierarchy.
     pub uses_tree: bool,
     /// It counts rays and ray-box tests if asked to.
@@ -73,10 +152,9 @@ pub const METHODS: &[Method] = &[
     Method {
         name: "noc",
         source: "no culling: every object is drawn; the truth for all others",
-        exactness: Exactness::Exact,
-        host_sync: HostSync::Never,
         features: device::REQUIRED,
-        modes: &[],
+        modes: &[PLAIN],
+        knobs: &[],
         uses_tree: false,
         counts_work: false,
         make: |parts| Box::new(Noc::new(parts.device, parts.scene, parts.depth)),
@@ -84,27 +162,33 @@ pub const METHODS: &[Method] = &[
     Method {
         name: "hroc",
         source: "hierarchical raster occlusion culling (Lee, Kwon, Lee, Computer Graphics Forum 40(2), 2021)",
-        exactness: Exactness::Exact,
-        host_sync: HostSync::Never,
         features: device::REQUIRED,
-        modes: &["of"],
+        modes: &[
+            hroc_mode(HrocMode::Of),
+            hroc_mode(HrocMode::Na),
+            hroc_mode(HrocMode::Cr),
+            hroc_mode(HrocMode::CrOf),
+            hroc_mode(HrocMode::CrLate),
+            hroc_mode(HrocMode::CrLateExact),
+        ],
+        knobs: &[LATE_MARGIN],
         uses_tree: true,
         counts_work: true,
         make: |parts| {
+            let mode = HrocMode::ALL.into_iter();
             let options = HrocOptions {
+                mode: mode
+                    .clone()
+                    .find(|mode| mode.name() == parts.mode)
+                    .unwrap_or_default(),
                 depth: parts.depth,
                 grouping: parts.grouping,
+                late_margin: parts.knobs.get(&LATE_MARGIN) as f32,
                 count_work: parts.count_work,
                 ..HrocOptions::default()
             };
             let tree = parts.tree.expect("uses_tree is set");
-            Box::new(Hroc::new(
-                parts.device,
-                parts.queue,
-                parts.scene,
-                tree,
-                options,
-            ))
+            Box::new(Hroc::new(parts.device, parts.scene, tree, options))
         },
     },
 ];
@@ -128,28 +212,73 @@ pub fn method(name: &str) -> Result<&'static Method, String> {
 }
 
 impl Method {
-    /// The mode to run in: the one asked for, or the default. `None` for a method without modes.
+    /// The mode to run in: the one asked for, or the default.
     ///
     /// # Errors
     /// A message that lists the modes there are.
-    pub fn mode(&self, asked: Option<&str>) -> Result<Option<&'static str>, String> {
+    pub fn mode(&self, asked: Option<&str>) -> Result<&'static Mode, String> {
         let Some(asked) = asked else {
-            return Ok(self.modes.first().copied());
+            return Ok(&self.modes[0]);
         };
-        if let Some(mode) = self.modes.iter().find(|mode| **mode == asked) {
-            return Ok(Some(mode));
+        let named = |mode: &&Mode| !mode.name.is_empty() && mode.name == asked;
+        if let Some(mode) = self.modes.iter().find(named) {
+            return Ok(mode);
         }
         Err(match self.modes {
-            [] => format!(
+            [only] if only.name.is_empty() => format!(
                 "method '{}' has no modes; leave out --mode {asked}",
                 self.name
             ),
             modes => format!(
                 "method '{}' has no mode '{asked}'; there is: {}",
                 self.name,
-                modes.join(", ")
+                modes
+                    .iter()
+                    .map(|mode| mode.name)
+                    .collect::<Vec<_>>()
+                    .join(", ")
             ),
         })
+    }
+
+    /// Knobs turned as `NAME=VALUE` says.
+    ///
+    /// # Errors
+    /// A message that lists the knobs there are.
+    pub fn knobs(&self, turned: &[String]) -> Result<Knobs, String> {
+        let mut knobs = Knobs::default();
+        for text in turned {
+            let (name, value) = text
+                .split_once('=')
+                .ok_or_else(|| format!("--knob {text}: NAME=VALUE is wanted"))?;
+            let knob = self
+                .knobs
+                .iter()
+                .find(|knob| knob.name == name)
+                .ok_or_else(|| {
+                    let known = self.knobs.iter().map(|knob| knob.name).collect::<Vec<_>>();
+                    match known.as_slice() {
+                        [] => format!(
+                            "method '{}' has no knobs; leave out --knob {text}",
+                            self.name
+                        ),
+                        known => format!(
+                            "method '{}' has no knob '{name}'; there is: {}",
+                            self.name,
+                            known.join(", ")
+                        ),
+                    }
+                })?;
+            let value = value
+                .parse::<f64>()
+                .ok()
+                .filter(|v| v.is_finite() && *v >= 0.0);
+            knobs.set(
+                knob,
+                value.ok_or_else(|| format!("--knob {text}: a number from 0 up is wanted"))?,
+            );
+        }
+        Ok(knobs)
     }
 }
 
@@ -171,27 +300,36 @@ pub fn feature_names(features: Features) -> String {
         .join(" ")
 }
 
-/// The registry as a Markdown table.
+/// The registry as Markdown: a row per mode, then the knobs.
 pub fn table() -> String {
-    let rows = METHODS.iter().map(|method| {
-        let modes = if method.modes.is_empty() {
-            "-".to_owned()
-        } else {
-            method.modes.join(" ")
-        };
-        [
-            method.name.to_owned(),
-            modes,
-            method.exactness.name().to_owned(),
-            host_sync_name(method.host_sync).to_owned(),
-            feature_names(method.features),
-            method.source.to_owned(),
-        ]
+    let rows = METHODS.iter().flat_map(|method| {
+        method.modes.iter().map(|mode| {
+            [
+                method.name.to_owned(),
+                mode.label().to_owned(),
+                mode.exactness.name().to_owned(),
+                host_sync_name(mode.host_sync).to_owned(),
+                feature_names(method.features),
+                method.source.to_owned(),
+            ]
+        })
     });
-    crate::table::markdown(
-        ["method", "modes", "image", "host waits", "needs", "source"],
+    let methods = crate::table::markdown(
+        ["method", "mode", "image", "host waits", "needs", "source"],
         rows,
-    )
+    );
+    let rows = METHODS.iter().flat_map(|method| {
+        method.knobs.iter().map(|knob| {
+            [
+                method.name.to_owned(),
+                knob.name.to_owned(),
+                knob.default.to_string(),
+                knob.help.to_owned(),
+            ]
+        })
+    });
+    let knobs = crate::table::markdown(["method", "knob", "default", "what it does"], rows);
+    format!("{methods}\n{knobs}")
 }
 
 #[cfg(test)]
@@ -215,10 +353,48 @@ mod tests {
     #[test]
     fn modes_are_checked() {
         let [noc, hroc] = ["noc", "hroc"].map(|name| method(name).unwrap());
-        assert_eq!(hroc.mode(None), Ok(Some("of")));
-        assert_eq!(hroc.mode(Some("of")), Ok(Some("of")));
+        assert_eq!(hroc.mode(None).unwrap().name, "of");
+        assert_eq!(hroc.mode(Some("cr-of")).unwrap().name, "cr-of");
         assert!(hroc.mode(Some("fo")).unwrap_err().contains("of"));
-        assert_eq!(noc.mode(None), Ok(None));
+        assert_eq!(noc.mode(None).unwrap().name, "");
+        assert!(noc.mode(Some("")).is_err());
         assert!(noc.mode(Some("of")).unwrap_err().contains("leave out"));
+    }
+    #[test]
+    fn knobs_are_checked() {
+        let hroc = method("hroc").unwrap();
+        let turned = |text: &str| hroc.knobs(&[text.to_owned()]);
+        assert_eq!(turned("late-margin=2").unwrap().get(&LATE_MARGIN), 2.0);
+        assert_eq!(
+            hroc.knobs(&[]).unwrap().get(&LATE_MARGIN),
+            LATE_MARGIN.default
+        );
+        for wrong in [
+            "late-margin",
+            "late-margin=-1",
+            "late-margin=nan",
+            "margin=1",
+        ] {
+            assert!(turned(wrong).is_err(), "{wrong}");
+        }
+        assert!(turned("margin=1").unwrap_err().contains("late-margin"));
+        assert!(
+            method("noc")
+                .unwrap()
+                .knobs(&["a=1".to_owned()])
+                .unwrap_err()
+                .contains("no knobs")
+        );
+    }
+
+    #[test]
+    fn modes_say_of_themselves_what_the_methods_say() {
+        for mode in method("hroc").unwrap().modes {
+            let found = HrocMode::ALL
+                .into_iter()
+                .find(|m| m.name() == mode.name)
+                .unwrap();
+            assert_eq!(mode.host_sync, found.host_sync());
+        }
     }
 }

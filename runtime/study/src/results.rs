@@ -19,6 +19,8 @@ pub struct RunResults {
     pub method: String,
     /// `None` for a method without modes.
     pub mode: Option<String>,
+    /// The method's knobs that were turned.
+    pub knobs: BTreeMap<String, f64>,
     /// `published` or `adaptive`; `None` for a method without groups.
     pub grouping: Option<String>,
     /// `None` for a method that reads no tree.
@@ -58,10 +60,12 @@ pub struct AdapterInfo {
 /// Which of several ways a run took.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Paths {
-    /// How draw lists were submitted: `indirect-count` or `zeroed-tail`.
+    /// How draw lists were submitted: `indirect-count`, `zeroed-tail` or `draw-loop`.
     pub submission: String,
-    /// How bounds are held against the occlusion map: `sampled`, in the shader.
+    /// How hidden fragments of bounds were turned away: `forced`, before the shader, or `sampled`, in it.
     pub early_z: String,
+    /// The grid that the rasterizer moves vertices to, pixels, as probed or assumed.
+    pub subpixel_step_px: f64,
     /// The clock of `stages_ms`: `gpu` or `wall`. `frame_ms` is always the host's.
     pub clock: String,
 }
@@ -245,6 +249,7 @@ pub(crate) mod tests {
             },
             method: "hroc".into(),
             mode: Some("of".into()),
+            knobs: [("late-margin".to_owned(), 0.5)].into(),
             grouping: Some("adaptive".into()),
             split: Some("sah".into()),
             size: [64, 36],
@@ -257,7 +262,8 @@ pub(crate) mod tests {
             },
             paths: Paths {
                 submission: "indirect-count".into(),
-                early_z: "item-buffer".into(),
+                early_z: "sampled".into(),
+                subpixel_step_px: 0.00390625,
                 clock: "wall".into(),
             },
             memory_bytes: Memory {
@@ -296,11 +302,11 @@ pub(crate) mod tests {
         for (at, expected) in [
             (
                 "",
-                "schema scene method mode grouping split size frames depth adapter paths memory_bytes warnings per_frame",
+                "schema scene method mode knobs grouping split size frames depth adapter paths memory_bytes warnings per_frame",
             ),
             ("/scene", "name objects triangles file_bytes"),
             ("/adapter", "name driver backend"),
-            ("/paths", "submission early_z clock"),
+            ("/paths", "submission early_z subpixel_step_px clock"),
             ("/per_frame/0/sets", "V O G U D"),
             (
                 "/per_frame/0/counters",

@@ -14,12 +14,13 @@ mod true_frames;
 use std::time::Instant;
 
 use hroc_format::{ArchivedScene, BakedScene};
-use hroc_runtime::{DepthConvention, Grouping, Submission, Tree, readback};
+use hroc_runtime::{DepthConvention, DeviceProfile, Grouping, Tree, readback};
 use indicatif::ProgressBar;
 
 use self::bench::Bench;
 use self::frame_sets::FrameSets;
 use self::true_frames::TrueFrames;
+use crate::blended_truth::BlendedTruth;
 use crate::camera_path::CameraPath;
 use crate::check::FrameCheck;
 use crate::error::StudyError;
@@ -28,7 +29,7 @@ use crate::gpu::Gpu;
 use crate::gpu_clock::{ClockChoice, GpuStageClock};
 use crate::id_set::IdSet;
 use crate::image::{Image, ImageCopy};
-use crate::registry::Method;
+use crate::registry::{Knobs, Method, Mode};
 use crate::results::{
     AdapterInfo, Frame, Memory, Paths, RunResults, SCHEMA, SceneInfo, WARM_UP_FRAMES, Warning,
 };
@@ -41,8 +42,12 @@ use crate::truth::TruthCache;
 pub struct RunOptions {
     /// Which method.
     pub method: &'static Method,
-    /// One of its modes, if it has any.
-    pub mode: Option<&'static str>,
+    /// One of its modes.
+    pub mode: &'static Mode,
+    /// The method's knobs.
+    pub knobs: Knobs,
+    /// The device's paths, as probed or as forced.
+    pub profile: DeviceProfile,
     /// How coarse the groups are, for a method that groups.
     pub grouping: Grouping,
     /// The split rule of the tree, for a method that reads one.
@@ -115,7 +120,10 @@ pub fn run(
             file_bytes: baked.file_bytes().len() as u64,
         },
         method: options.method.name.to_owned(),
-        mode: options.mode.map(str::to_owned),
+        mode: (!options.mode.name.is_empty()).then(|| options.mode.name.to_owned()),
+        knobs: (options.knobs.turned().iter())
+            .map(|&(name, value)| (name.to_owned(), value))
+            .collect(),
         grouping: (options.method.uses_tree).then(|| options.grouping.name().to_owned()),
         split: options.method.uses_tree.then(|| options.split.clone()),
         size: options.size,
@@ -129,8 +137,9 @@ pub fn run(
             backend: gpu.info.backend.to_str().to_owned(),
         },
         paths: Paths {
-            submission: Submission::of(gpu.device.features()).name().to_owned(),
-            early_z: "sampled".to_owned(),
+            submission: options.profile.submission.name().to_owned(),
+            early_z: options.profile.early_z.name().to_owned(),
+            subpixel_step_px: options.profile.subpixel_step_px,
             clock: if bench.gpu_clock.is_some() {
                 "gpu"
             } else {
@@ -227,6 +236,16 @@ impl Bench<'_> {
     ) -> Result<Vec<Warning>, StudyError> {
         let mut method = self.method(false)?;
         let mut truth = self.options.check.then(|| TrueFrames::new(self));
+        let blended = (self.options.check)
+            .then(|| {
+                BlendedTruth::new(
+                    self.gpu,
+                    self.baked.scene(),
+                    &self.scene,
+                    self.options.depth,
+                )
+            })
+            .flatten();
         for (number, frame) in (0..).zip(frames) {
             // Before the method's own frame, as it is drawn into the same targets.
             let true_image = truth
@@ -240,12 +259,21 @@ impl Bench<'_> {
             let image = copy.wait(&self.gpu.device);
 
             let sets = FrameSets::read(self.gpu, &*method);
-            let visible = true_image
+            let mut visible = true_image
                 .as_ref()
                 .map_or_else(|| image.visible(), Image::visible);
+            if let Some(blended) = &blended {
+                let camera = self.camera(number);
+                let shown = blended.shown(self.gpu, &self.scene, &camera, self.targets.targets());
+                let at = |source| StudyError::Camera {
+                    frame: number,
+                    source,
+                };
+                visible = visible.union(&shown.map_err(at)?);
+            }
             sets.describe(self.baked.scene(), &visible, frame);
             if let Some(true_image) = &true_image {
-                self.check(number, true_image, &image, &sets, frame)?;
+                self.check(number, true_image, &image, &visible, &sets, frame)?;
             }
             view(&FrameView {
                 frame: number,
@@ -262,6 +290,7 @@ impl Bench<'_> {
         number: u32,
         truth: &Image,
         image: &Image,
+        visible: &IdSet,
         sets: &FrameSets,
         frame: &mut Frame,
     ) -> Result<(), StudyError> {
@@ -283,9 +312,9 @@ impl Bench<'_> {
         let meeting = bounds.filter(|(bounds, _)| frustum.meets(&bounds.to_native()));
         let in_frustum = meeting.map(|(_, id)| id).collect::<IdSet>();
 
-        let drawn = sets.drawn();
-        let check = FrameCheck::new(truth, image, &drawn);
-        let hidden = in_frustum.minus(&truth.visible());
+        let drawn = sets.drawn.all();
+        let check = FrameCheck::new(truth, image, visible, &drawn);
+        let hidden = in_frustum.minus(visible);
         let culled = hidden.minus(&drawn);
         frame.visible = Some(check.visible);
         frame.in_frustum = Some(in_frustum.len());

@@ -1,15 +1,19 @@
 //!import common/types
 //!import common/bounds
 //!import common/grouping
-// batch_occlusion_test: rasterize the groups' padded bounds; each fragment that the occlusion map does not
+// batch_occlusion_test: rasterize the groups' bounds; each fragment that the occlusion map does not
 // hide casts a ray into its group and flags every object whose padded bounds the ray meets in front of
-// the map (paper, section 3.3; the limit by the map's depth is ours).
+// the map (paper, section 3.3; the limit by the map's depth is ours). An object that moves is a group of
+// one: its bounds are all there is to meet. Twin: runtime/src/twin/batch_occlusion_test.rs.
 //
-// The depth comparison is made here, against the ray's own entry into the padded box, and not by the
-// rasterizer: the depth of a face seen edge-on changes by more than any fixed bias within one subpixel
-// step, the entry of the ray does not.
+// The depth that decides is the ray's own entry into the padded box, and not the depth of the rasterized
+// face: that of a face seen edge-on changes by more than any fixed bias within one subpixel step, the entry
+// of the ray does not. What the early depth test compares (batch_occlusion_test_early.wgsl) is the depth
+// of the box's nearest point, the same all over the box: it only spares fragments that would flag nothing.
 
 override COUNT_WORK: bool = false;
+// Skips subtrees all of whose objects are flagged already.
+override PRUNE: bool = true;
 
 struct WorkCounters {
     rays: atomic<u32>,
@@ -24,58 +28,119 @@ struct WorkCounters {
 @group(0) @binding(4) var<storage, read_write> potentially_visible: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> work: WorkCounters;
 @group(0) @binding(6) var<storage, read_write> grouping: Grouping;
+@group(0) @binding(7) var<storage, read> parents: array<u32>;
+@group(0) @binding(8) var<storage, read_write> flagged_nodes: array<atomic<u32>>;
+@group(0) @binding(9) var<storage, read> object_bounds: array<Bounds>;
 @group(1) @binding(0) var occlusion_map: texture_depth_2d;
 
 struct BoxVertex {
     @builtin(position) position: vec4f,
-    @location(0) @interpolate(flat, either) node: u32,
+    @location(0) @interpolate(flat, either) group: u32,
     // No ray enters the box at a smaller parameter (view depth).
     @location(1) @interpolate(flat, either) nearest: f32,
+}
+
+// The padded bounds of a group: a node, or an object that moves.
+fn group_box(group: u32) -> Box {
+    if (group < frame.node_count) {
+        return padded(nodes[group].min, nodes[group].max);
+    }
+    let bounds = object_bounds[frame.static_count + group - frame.node_count];
+    return padded(vec3f(bounds.min[0], bounds.min[1], bounds.min[2]), vec3f(bounds.max[0], bounds.max[1], bounds.max[2]));
 }
 
 // The box as one strip of 14 vertices; each mask holds one coordinate of the corners. Front faces wind
 // counter-clockwise in y-up clip space.
 @vertex
 fn box_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> BoxVertex {
-    let n = groups[instance];
-    let box = padded(nodes[n].min, nodes[n].max);
+    let group = groups[instance];
+    let box = group_box(group);
+    let outer = rasterized(box);
     let bit = 1u << vertex;
-    let corner = select(box.min, box.max, vec3<bool>((0x287au & bit) != 0u, (0x02afu & bit) != 0u, (0x31e3u & bit) != 0u));
+    let corner = select(outer.min, outer.max, vec3<bool>((0x287au & bit) != 0u, (0x02afu & bit) != 0u, (0x31e3u & bit) != 0u));
     let clip = frame.clip_from_world * vec4f(corner, 1.0);
-    // No group touches the near plane, so w > 0; the depth is not used, and this one is never clipped.
     // Rounding of the distance is far below the padding.
     let nearest = max(nearest_along(frame.forward, box) - frame.padding_world, frame.near);
-    return BoxVertex(vec4f(clip.xy, 0.5 * clip.w, clip.w), n, nearest);
+    // No group touches the near plane, so w > 0, and the division is made here: with w = 1 all vertices have
+    // the same depth in every bit, and nothing is left to interpolate. The margin is for what
+    // `may_show` adds for the map's depth and for a rasterizer that clips or weighs equal depths with rounding.
+    let margin = 4.0 * frame.depth_tolerance_relative;
+    let depth = earliest_depth(nearest);
+    let early = select(depth * (1.0 - margin) - frame.depth_tolerance, depth * (1.0 + margin) + frame.depth_tolerance, REVERSED_DEPTH);
+    return BoxVertex(vec4f(clip.xy / clip.w, clamp(early, 0.0, 1.0), 1.0), group, nearest);
 }
 
-@fragment
-fn cast_ray(fragment: BoxVertex) {
+// Flags an object. What was drawn into the map need not be drawn again; and look before writing.
+fn flag(object: u32) {
+    let word = object >> 5u;
+    let bit = 1u << (object & 31u);
+    if (((potential_occluders[word] | atomicLoad(&potentially_visible[word])) & bit) == 0u) {
+        atomicOr(&potentially_visible[word], bit);
+    }
+}
+
+// Notes that every object below a leaf is flagged or was drawn, and of its ancestors those of which that now
+// holds. A node's bit is set after both its children's were seen set, so by induction over its height
+// it tells the truth; that two rays may each miss the other's bit only leaves work undone.
+fn note_flagged(leaf: u32) {
+    var n = leaf;
+    loop {
+        let bit = 1u << (n & 31u);
+        if ((atomicOr(&flagged_nodes[n >> 5u], bit) & bit) != 0u || n == 0u) {
+            return;
+        }
+        let parent = parents[n];
+        let sibling = select(parent + 1u, nodes[n].skip, n == parent + 1u);
+        if (!is_flagged(sibling) && BROKEN != BROKEN_PRUNING) {
+            return;
+        }
+        n = parent;
+    }
+}
+
+fn is_flagged(n: u32) -> bool {
+    return (atomicLoad(&flagged_nodes[n >> 5u]) & (1u << (n & 31u))) != 0u;
+}
+
+fn test_fragment(fragment: BoxVertex) {
     let depth = textureLoad(occlusion_map, vec2u(fragment.position.xy), 0);
     var tests = 0u;
     var survived = false;
     // Most fragments are far behind the map: they need no ray.
     if (may_show(fragment.nearest, depth)) {
         let ray = pixel_ray(fragment.position.xy);
-        let end = nodes[fragment.node].skip;
-        var n = fragment.node;
-        while (n < end) {
-            let node = nodes[n];
-            tests++;
-            let t = entry(ray, padded(node.min, node.max), frame.near);
-            if (t < 0.0 || !may_show(t, depth)) {
-                n = node.skip;
-                continue;
-            }
-            survived = true;
-            if (node.object != NO_OBJECT) {
-                let word = node.object >> 5u;
-                let bit = 1u << (node.object & 31u);
-                // What was drawn into the map need not be drawn again; and look before writing.
-                if (((potential_occluders[word] | atomicLoad(&potentially_visible[word])) & bit) == 0u) {
-                    atomicOr(&potentially_visible[word], bit);
+        if (fragment.group < frame.node_count) {
+            let end = nodes[fragment.group].skip;
+            var n = fragment.group;
+            while (n < end) {
+                let node = nodes[n];
+                if (PRUNE && is_flagged(n)) {
+                    survived = true;
+                    n = node.skip;
+                    continue;
                 }
+                tests++;
+                let t = entry(ray, padded(node.min, node.max), frame.near);
+                if (t < 0.0 || !may_show(t, depth)) {
+                    n = node.skip;
+                    continue;
+                }
+                survived = true;
+                if (node.object != NO_OBJECT) {
+                    flag(node.object);
+                    if (PRUNE) {
+                        note_flagged(n);
+                    }
+                }
+                n++;
             }
-            n++;
+        } else {
+            tests = 1u;
+            let t = entry(ray, group_box(fragment.group), frame.near);
+            survived = t >= 0.0 && may_show(t, depth);
+            if (survived) {
+                flag(frame.static_count + fragment.group - frame.node_count);
+            }
         }
     }
     // One pixel of 256 tells the next frame how coarse its groups should be.
@@ -92,4 +157,10 @@ fn cast_ray(fragment: BoxVertex) {
             atomicAdd(&work.rays, 1u);
         }
     }
+}
+
+// The occlusion map is sampled only: every fragment of every box comes here.
+@fragment
+fn cast_ray(fragment: BoxVertex) {
+    test_fragment(fragment);
 }

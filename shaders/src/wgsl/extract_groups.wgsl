@@ -4,10 +4,12 @@
 // extract_groups: from the effective occluders to the occludee groups (paper, section 3.2), in the
 // order-free form. First every ancestor of an effective occluder becomes visible; then
 //   group(n) = unknown(n) and not refine(n) and (n is the root or visible(parent) or refine(parent)),
-// where refine(n) holds for interior nodes whose padded bounds touch the near plane, and, in adaptive
-// grouping, for those that cover more of the screen than pays: both are replaced by their children (the
-// paper's "adaptive grouping", left there as future work). Walking down from the topmost unknown ancestor of any leaf, the first node that is
-// not refined is a group, so every leaf that was not drawn lies in one. Twin: runtime/src/twin/extract_groups.rs.
+// where refine(n) holds for interior nodes that no rasterized box can stand for, as they touch the near plane
+// or reach far out of the image, and, in adaptive grouping, for those that cover more of the screen than
+// pays: all are replaced by their children (the paper's "adaptive grouping", left there as future work).
+// Walking down from the topmost unknown ancestor of any leaf, the first node that is not refined is a group,
+// so every leaf that was not drawn lies in one. Objects that move are in no tree: each is a group of one.
+// Twin: runtime/src/twin/extract_groups.rs.
 
 struct GroupDraw {
     // Arguments of the indirect draw of the groups' boxes.
@@ -27,6 +29,7 @@ struct GroupDraw {
 @group(0) @binding(8) var<storage, read_write> groups: array<u32>;
 @group(0) @binding(9) var<storage, read_write> group_draw: GroupDraw;
 @group(0) @binding(10) var<storage, read_write> grouping: Grouping;
+@group(0) @binding(11) var<storage, read> object_bounds: array<Bounds>;
 
 // Adaptive grouping: the cost of rasterizing one more box, in ray-box tests. 0: the paper's grouping.
 override BOX_COST: f32 = 256.0;
@@ -56,11 +59,11 @@ fn choose_threshold() {
     grouping.largest_group_px = threshold;
 }
 
-// One invocation per object: climb until an ancestor was already visible.
+// One invocation per object of the tree: climb until an ancestor was already visible.
 @compute @workgroup_size(64)
 fn climb(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grid: vec3u) {
     let object = id.x + id.y * grid.x * 64u;
-    if (object >= frame.object_count) {
+    if (object >= frame.static_count) {
         return;
     }
     if ((effective_occluders[object >> 5u] & (1u << (object & 31u))) == 0u) {
@@ -80,22 +83,48 @@ fn is_visible(n: u32) -> bool {
     return (atomicLoad(&visible_nodes[n >> 5u]) & (1u << (n & 31u))) != 0u;
 }
 
-// An interior node that is replaced by its children.
-fn refine(box: Box) -> bool {
-    return touches_near(box) || screen_area(box) > grouping.largest_group_px;
+// Pixels that the rasterized box of a padded one covers; negative where no rasterized box can stand for it.
+fn rasterized_area(box: Box) -> f32 {
+    let outer = rasterized(box);
+    if (touches_near(outer)) {
+        return -1.0;
+    }
+    let footprint = footprint(outer);
+    return select(footprint.area_px, -1.0, footprint.farthest_ndc > LARGEST_NDC);
 }
 
-// One invocation per node.
+// An interior node that is replaced by its children.
+fn refine(area_px: f32) -> bool {
+    return area_px < 0.0 || area_px > grouping.largest_group_px;
+}
+
+// Puts a leaf, or an object that moves, to the test. `n` is what stands for it in the groups.
+fn test_object(object: u32, n: u32, area_px: f32) {
+    if (area_px >= 0.0) {
+        groups[atomicAdd(&group_draw.instance_count, 1u)] = n;
+        return;
+    }
+    // It is drawn untested, unless it was drawn already.
+    let bit = 1u << (object & 31u);
+    if ((potential_occluders[object >> 5u] & bit) == 0u) {
+        atomicOr(&potentially_visible[object >> 5u], bit);
+    }
+}
+
+// One invocation per node, then one per object that moves.
 @compute @workgroup_size(64)
 fn collect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grid: vec3u) {
     let n = id.x + id.y * grid.x * 64u;
-    if (n >= frame.node_count || is_visible(n)) {
+    if (n >= frame.node_count) {
+        collect_moving(n);
+        return;
+    }
+    if (is_visible(n)) {
         return;
     }
     let parent = parents[n];
     if (n != 0u && !is_visible(parent)) {
-        let box = padded(nodes[parent].min, nodes[parent].max);
-        if (!refine(box)) {
+        if (!refine(rasterized_area(padded(nodes[parent].min, nodes[parent].max)))) {
             return;
         }
     }
@@ -104,17 +133,28 @@ fn collect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     if (!in_frustum(box)) {
         return;
     }
-    if (node.object == NO_OBJECT) {
-        if (refine(box)) {
-            return;
-        }
-    } else if (touches_near(box)) {
-        // No face of such a box can be relied on: the leaf is drawn untested, unless it was drawn already.
-        let bit = 1u << (node.object & 31u);
-        if ((potential_occluders[node.object >> 5u] & bit) == 0u) {
-            atomicOr(&potentially_visible[node.object >> 5u], bit);
-        }
+    let area_px = rasterized_area(box);
+    if (node.object != NO_OBJECT) {
+        test_object(node.object, n, area_px);
+    } else if (!refine(area_px)) {
+        groups[atomicAdd(&group_draw.instance_count, 1u)] = n;
+    }
+}
+
+fn collect_moving(n: u32) {
+    let object = frame.static_count + n - frame.node_count;
+    if (object >= frame.object_count) {
         return;
     }
-    groups[atomicAdd(&group_draw.instance_count, 1u)] = n;
+    let bounds = object_bounds[object];
+    let lo = vec3f(bounds.min[0], bounds.min[1], bounds.min[2]);
+    let hi = vec3f(bounds.max[0], bounds.max[1], bounds.max[2]);
+    // An empty slot has its bounds inside out; and what was drawn needs no test.
+    if (lo.x > hi.x || (potential_occluders[object >> 5u] & (1u << (object & 31u))) != 0u) {
+        return;
+    }
+    let box = padded(lo, hi);
+    if (in_frustum(box)) {
+        test_object(object, n, rasterized_area(box));
+    }
 }

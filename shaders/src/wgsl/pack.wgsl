@@ -9,20 +9,24 @@ struct PackCount {
     count: u32,
 }
 
+// The list is made of the members that are also in the class: of what is there to be drawn, the opaque or
+// the blended objects.
 @group(0) @binding(0) var<storage, read> members: array<u32>;
-@group(0) @binding(1) var<storage, read_write> bases: array<u32>;
-@group(0) @binding(2) var<storage, read_write> pack_count: PackCount;
-@group(0) @binding(3) var<storage, read_write> commands: array<DrawCommand>;
-@group(0) @binding(4) var<storage, read> objects: array<Object>;
-@group(0) @binding(5) var<storage, read> meshes: array<Mesh>;
+@group(0) @binding(1) var<storage, read> object_class: array<u32>;
+@group(0) @binding(2) var<storage, read_write> packed: array<u32>;
+@group(0) @binding(3) var<storage, read_write> bases: array<u32>;
+@group(0) @binding(4) var<storage, read_write> pack_count: PackCount;
+@group(0) @binding(5) var<storage, read_write> commands: array<DrawCommand>;
+@group(0) @binding(6) var<storage, read> objects: array<Object>;
+@group(0) @binding(7) var<storage, read> meshes: array<Mesh>;
 // x: number of words in `members`.
-@group(0) @binding(6) var<uniform> words: vec4u;
+@group(0) @binding(8) var<uniform> words: vec4u;
 
 const WIDTH: u32 = 256u;
 var<workgroup> sums: array<u32, 256>;
 
 // One workgroup: each invocation counts a run of words, the runs are scanned in workgroup memory, then
-// each word gets the number of members before it. Reads 1 bit per object.
+// each word gets the number of members before it. Reads 2 bits and writes 1 per object.
 @compute @workgroup_size(256)
 fn pack_scan(@builtin(local_invocation_index) lane: u32) {
     let per_lane = (words.x + WIDTH - 1u) / WIDTH;
@@ -30,7 +34,9 @@ fn pack_scan(@builtin(local_invocation_index) lane: u32) {
     let end = min(begin + per_lane, words.x);
     var sum = 0u;
     for (var w = begin; w < end; w++) {
-        sum += countOneBits(members[w]);
+        let word = members[w] & object_class[w];
+        packed[w] = word;
+        sum += countOneBits(word);
     }
     sums[lane] = sum;
     workgroupBarrier();
@@ -46,7 +52,7 @@ fn pack_scan(@builtin(local_invocation_index) lane: u32) {
     var base = sums[lane] - sum;
     for (var w = begin; w < end; w++) {
         bases[w] = base;
-        base += countOneBits(members[w]);
+        base += countOneBits(packed[w]);
     }
     if (lane == WIDTH - 1u) {
         pack_count.count = sums[lane];
@@ -60,7 +66,7 @@ fn pack_emit(@builtin(global_invocation_id) id: vec3u) {
     if (w >= words.x) {
         return;
     }
-    var bits = members[w];
+    var bits = packed[w];
     var at = bases[w];
     while (bits != 0u) {
         let object = w * 32u + firstTrailingBit(bits);

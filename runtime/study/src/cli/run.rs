@@ -4,12 +4,12 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use hroc_runtime::{DepthConvention, Grouping, readback};
+use hroc_runtime::{DepthConvention, DeviceProfile, EarlyZ, Grouping, Submission, readback};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Destination, JsonOutput, camera_path, open_scene, to_stdout};
 use crate::error::{StudyError, exit};
-use crate::gpu::{Gpu, GpuOptions};
+use crate::gpu::{Gpu, GpuError, GpuOptions};
 use crate::gpu_clock::ClockChoice;
 use crate::npy;
 use crate::output::{self, OutputFile};
@@ -30,6 +30,9 @@ pub(super) struct RunArguments {
     /// The method's mode; its first one if left out.
     #[arg(long)]
     mode: Option<String>,
+    /// Turns one of the method's knobs (see hroc methods); may be given several times.
+    #[arg(long, value_name = "NAME=VALUE")]
+    knob: Vec<String>,
     /// How coarse the groups of bounds are that hroc tests at once.
     #[arg(long, value_enum, default_value_t = GroupingName::Published)]
     grouping: GroupingName,
@@ -51,6 +54,12 @@ pub(super) struct RunArguments {
     /// What times the stages.
     #[arg(long, value_enum, default_value_t = Clock::Auto)]
     clock: Clock,
+    /// How draw lists are submitted; the best the device can do if left out.
+    #[arg(long, value_enum)]
+    submission: Option<SubmissionName>,
+    /// How hidden fragments of bounds are turned away; the best the device can do if left out.
+    #[arg(long, value_enum)]
+    early_z: Option<EarlyZName>,
     /// Compare every frame with the one where everything is drawn; exit with 1 if an exact method differs.
     #[arg(long)]
     check: bool,
@@ -90,6 +99,26 @@ enum GroupingName {
     Adaptive,
 }
 
+/// `--submission`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SubmissionName {
+    /// One multi-draw whose count the GPU reads.
+    IndirectCount,
+    /// One multi-draw over all commands, most of them empty.
+    ZeroedTail,
+    /// A draw for each command.
+    DrawLoop,
+}
+
+/// `--early-z`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum EarlyZName {
+    /// By the rasterizer.
+    Forced,
+    /// In the shader.
+    Sampled,
+}
+
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Depth {
     /// Near 0, far 1.
@@ -122,6 +151,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
     let mode = method
         .mode(arguments.mode.as_deref())
         .map_err(options_error)?;
+    let knobs = method.knobs(&arguments.knob).map_err(options_error)?;
     if let Some(frame) = arguments
         .png_frame
         .filter(|&frame| frame >= arguments.frames)
@@ -147,6 +177,8 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
     let options = RunOptions {
         method,
         mode,
+        knobs,
+        profile: profile(arguments, &gpu)?,
         grouping: match arguments.grouping {
             GroupingName::Published => Grouping::Published,
             GroupingName::Adaptive => Grouping::Adaptive { box_cost: 256.0 },
@@ -177,11 +209,38 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
     let results = results?;
     outputs.finish(&results)?;
     Ok(match results.errors() {
-        Some(errors) if errors != [0, 0] && method.exactness == Exactness::Exact => {
+        Some(errors) if errors != [0, 0] && mode.exactness == Exactness::Exact => {
             exit::CHECK_FAILED
         }
         _ => exit::GOOD,
     })
+}
+
+/// The device's paths, some of them forced.
+fn profile(arguments: &RunArguments, gpu: &Gpu) -> Result<DeviceProfile, StudyError> {
+    let mut profile = gpu.profile;
+    if let Some(submission) = arguments.submission {
+        profile.submission = match submission {
+            SubmissionName::IndirectCount => Submission::IndirectCount,
+            SubmissionName::ZeroedTail => Submission::ZeroedTail,
+            SubmissionName::DrawLoop => Submission::DrawLoop,
+        };
+    }
+    if let Some(early_z) = arguments.early_z {
+        profile.early_z = match early_z {
+            EarlyZName::Forced => EarlyZ::Forced,
+            EarlyZName::Sampled => EarlyZ::Sampled,
+        };
+    }
+    let missing = profile.features() - gpu.device.features();
+    if missing.is_empty() {
+        Ok(profile)
+    } else {
+        Err(StudyError::Gpu(GpuError::PathUnfit {
+            features: registry::feature_names(missing),
+            adapter: gpu.info.name.clone(),
+        }))
+    }
 }
 
 /// A bar that counts `what`. Draws nothing where the standard error is no terminal.

@@ -1,7 +1,7 @@
 //! What cases are built from: seeded numbers, two meshes, boxes, cameras.
 
 use glam::{DAffine3, DQuat, DVec3};
-use hroc_preprocess::scene::{SourceFile, SourceMesh, SourceObject, SourceScene};
+use hroc_preprocess::scene::{AlphaMode, SourceFile, SourceMesh, SourceObject, SourceScene};
 use hroc_runtime::camera::look_to;
 use hroc_runtime::{Camera, Projection};
 
@@ -139,6 +139,13 @@ impl Builder {
         });
     }
 
+    /// How the alpha of the object added last is used.
+    pub fn with_alpha(&mut self, alpha: AlphaMode) {
+        if let Some(object) = self.0.objects.last_mut() {
+            object.alpha = alpha;
+        }
+    }
+
     /// Adds an object of this scale, rotation and place.
     pub fn placed(&mut self, mesh: usize, scale: DVec3, rotation: DQuat, at: DVec3) {
         self.object(
@@ -173,6 +180,7 @@ pub fn looking(position: DVec3, target: DVec3) -> Camera {
         projection: Projection::Perspective { fov_y_rad: 1.0 },
         near: 0.05,
         far: None,
+        jitter_px: [0.0; 2],
     }
 }
 
@@ -206,5 +214,6 @@ pub fn unit_pixels(left: f64, bottom: f64, size: [u32; 2]) -> Camera {
         },
         near: 0.5,
         far: Some(100.0),
+        jitter_px: [0.0; 2],
     }
 }

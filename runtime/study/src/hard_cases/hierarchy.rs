@@ -27,6 +27,7 @@ pub(super) const IDENTICAL_BOXES: HardCase = HardCase {
             ..camera.into()
         });
         CaseScene {
+            motion: None,
             frames: frames.collect(),
             source: b.build(),
         }

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use hroc_runtime::{Camera, Projection};
 
 use super::builder::{Builder, Rng, looking, turning};
-use super::everyday::{ROOM, rooms};
+use super::everyday::{ROOM, clutter, rooms};
 use super::{CaseFrame, CaseScene, HardCase};
 
 /// A wall, seen alone, and the crowd behind it, seen at once.
@@ -102,11 +102,38 @@ pub(super) const TWO_VIEWS: HardCase = HardCase {
             [camera.into(), above]
         });
         CaseScene {
+            motion: None,
             frames: frames.collect(),
             source: rooms(scale),
         }
     },
 };
+
+pub(super) const JITTER: HardCase = HardCase {
+    name: "jitter",
+    failure: "subpixel jitter of temporal antialiasing: history and test saw different images, edges flickered",
+    make: |scale| {
+        let eye = looking(DVec3::new(9.0, 2.0, 12.0), DVec3::ZERO);
+        let frames = (0..scale.pick(12, 64)).map(|i| Camera {
+            // Halton 2, 3; every fourth frame far beyond a pixel.
+            jitter_px: [halton(i, 2), halton(i, 3)]
+                .map(|px| px * if i % 4 == 3 { 40.0 } else { 1.0 }),
+            ..eye
+        });
+        CaseScene::new(clutter(scale), frames)
+    },
+};
+
+/// The van der Corput sequence in a base, centred on 0.
+fn halton(i: u32, base: u32) -> f64 {
+    let (mut rest, mut share, mut sum) = (i + 1, 1.0, 0.0);
+    while rest > 0 {
+        share /= f64::from(base);
+        sum += share * f64::from(rest % base);
+        rest /= base;
+    }
+    sum - 0.5
+}
 
 pub(super) const RESIZE: HardCase = HardCase {
     name: "resize",
@@ -124,6 +151,7 @@ pub(super) const RESIZE: HardCase = HardCase {
         let cameras = turning(DVec3::new(2.0 * ROOM, 1.6, 2.0 * ROOM), scale.pick(12, 21));
         let frames = cameras.into_iter().zip(sizes.into_iter().cycle());
         CaseScene {
+            motion: None,
             frames: frames
                 .map(|(camera, size)| CaseFrame {
                     size: Some(size),

@@ -10,6 +10,8 @@ mod everyday;
 mod extremes;
 mod hierarchy;
 mod history;
+mod materials;
+mod motion;
 mod near_plane;
 mod rays;
 pub mod run;
@@ -19,11 +21,12 @@ mod transforms;
 
 use std::io;
 
-use hroc_format::{BakedScene, Check, OpenError};
+use hroc_format::{ArchivedScene, BakedScene, Check, OpenError};
 use hroc_preprocess::bake::{BakeError, BakeOptions, bake};
 use hroc_preprocess::progress::Silent;
 use hroc_preprocess::scene::SourceScene;
-use hroc_runtime::Camera;
+use hroc_runtime::moving::{MovingError, MovingObjects};
+use hroc_runtime::{Camera, Scene};
 
 /// How much of a difficulty to generate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +83,35 @@ pub struct CaseScene {
     pub source: SourceScene,
     /// In order: a method remembers what it saw in the frames before.
     pub frames: Vec<CaseFrame>,
+    /// Objects that move, if there are any.
+    pub motion: Option<Motion>,
+}
+
+/// How objects of a case move.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    /// Places for them.
+    pub capacity: u32,
+    /// Makes the changes before a frame, given its number.
+    pub step: fn(usize, &ArchivedScene, &mut MovingObjects) -> Result<(), MovingError>,
+}
+
+impl Motion {
+    /// Makes the changes before frame `number` and writes them to the GPU.
+    ///
+    /// # Panics
+    /// If the case asks for what cannot be: it is generated, and a test runs it.
+    pub fn advance(
+        &self,
+        number: usize,
+        baked: &ArchivedScene,
+        moving: &mut MovingObjects,
+        queue: &wgpu::Queue,
+        scene: &mut Scene,
+    ) {
+        (self.step)(number, baked, moving).expect("the case's own objects move");
+        moving.flush(queue, scene);
+    }
 }
 
 /// A frame of a case.
@@ -123,6 +155,7 @@ impl CaseScene {
         Self {
             source,
             frames: cameras.into_iter().map(CaseFrame::from).collect(),
+            motion: None,
         }
     }
 
@@ -184,6 +217,11 @@ pub const CASES: &[HardCase] = &[
     history::TELEPORTS,
     history::TWO_VIEWS,
     history::RESIZE,
+    history::JITTER,
+    materials::GLASS,
+    materials::FENCE,
+    motion::CROSSING,
+    motion::TAKEN_APART,
 ];
 
 /// The case called `name`.

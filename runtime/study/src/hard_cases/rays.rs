@@ -35,6 +35,7 @@ pub(super) const PARALLEL_RAYS: HardCase = HardCase {
             ..camera.into()
         });
         CaseScene {
+            motion: None,
             frames: frames.collect(),
             source: b.build(),
         }
@@ -85,6 +86,7 @@ pub(super) const EDGE_RAYS: HardCase = HardCase {
             ..camera.into()
         });
         CaseScene {
+            motion: None,
             frames: frames.collect(),
             source: b.build(),
         }

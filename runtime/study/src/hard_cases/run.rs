@@ -3,20 +3,23 @@
 use std::time::Instant;
 
 use hroc_format::{ArchivedScene, BakedScene};
+use hroc_runtime::moving::MovingObjects;
 use hroc_runtime::{
-    CullingMethod, DepthConvention, FrameContext, Grouping, Noc, Scene, Tree, readback,
+    CameraError, CullingMethod, DepthConvention, FrameContext, Grouping, Noc, Scene, Tree,
 };
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
 
 use super::{CaseFrame, CaseScene, HardCase, Scale};
+use crate::blended_truth::BlendedTruth;
 use crate::check::FrameCheck;
 use crate::drawer::ObjectDrawer;
+use crate::drawn::Drawn;
 use crate::error::StudyError;
 use crate::gpu::Gpu;
 use crate::id_set::IdSet;
 use crate::image::{Image, ImageCopy};
-use crate::registry::{Exactness, Method, Parts, feature_names};
+use crate::registry::{Exactness, Knobs, Method, Mode, Parts, feature_names};
 use crate::results::AdapterInfo;
 use crate::table;
 use crate::targets::FrameTargets;
@@ -171,7 +174,7 @@ fn run_case(
     };
     let baked = generated.bake().map_err(refused)?;
     let bake_ms = began.elapsed().as_secs_f64() * 1e3;
-    let stage = Stage::new(gpu, &baked)?;
+    let stage = Stage::new(gpu, &baked, &generated)?;
     let variants = methods
         .iter()
         .flat_map(|method| stage.variants(method))
@@ -196,47 +199,49 @@ fn run_case(
 #[derive(Clone, Copy)]
 struct Variant<'a> {
     method: &'static Method,
-    mode: Option<&'static str>,
+    mode: &'static Mode,
     tree: Option<&'a Tree>,
 }
 
 /// A scene on the device with all its trees.
 struct Stage<'a> {
     gpu: &'a Gpu,
+    baked: &'a BakedScene,
     scene: Scene,
     trees: Vec<Tree>,
 }
 
 impl<'a> Stage<'a> {
-    fn new(gpu: &'a Gpu, baked: &BakedScene) -> Result<Self, StudyError> {
-        let scene = Scene::upload(&gpu.device, baked.scene())?;
+    fn new(gpu: &'a Gpu, baked: &'a BakedScene, generated: &CaseScene) -> Result<Self, StudyError> {
+        let capacity = generated.motion.map_or(0, |motion| motion.capacity);
+        let scene = Scene::upload_with_moving(&gpu.device, &gpu.profile, baked.scene(), capacity)?;
         let trees = splits(baked.scene())
             .into_iter()
             .map(|split| Tree::upload(&gpu.device, baked.scene(), split));
         let trees = trees.collect::<Result<_, _>>()?;
         gpu.check()?;
-        Ok(Self { gpu, scene, trees })
+        Ok(Self {
+            gpu,
+            baked,
+            scene,
+            trees,
+        })
     }
 
     /// All ways to run `method`.
     fn variants(&self, method: &'static Method) -> Vec<Variant<'_>> {
-        let modes = if method.modes.is_empty() {
-            vec![None]
-        } else {
-            method.modes.iter().copied().map(Some).collect()
-        };
         let trees = if method.uses_tree {
             self.trees.iter().map(Some).collect()
         } else {
             vec![None]
         };
-        let with_trees = |mode| {
+        let with_trees = |mode: &'static Mode| {
             trees
                 .iter()
                 .map(move |&tree| Variant { method, mode, tree })
                 .collect::<Vec<_>>()
         };
-        modes.into_iter().flat_map(with_trees).collect()
+        method.modes.iter().flat_map(with_trees).collect()
     }
 
     /// All variants side by side: only one true image at a time has to be kept.
@@ -250,8 +255,9 @@ impl<'a> Stage<'a> {
         let device = &self.gpu.device;
         let size_of = |frame: &CaseFrame| frame.size.unwrap_or(size);
         let mut targets = FrameTargets::new(device, case.frames.first().map_or(size, size_of));
-        let mut drawer = ObjectDrawer::new(device, &self.scene, &targets, depth);
+        let mut drawer = ObjectDrawer::with_holes(device, &self.scene, &targets, depth, true);
         let mut truth = Noc::new(device, &self.scene, depth);
+        let blended = BlendedTruth::new(self.gpu, self.baked.scene(), &self.scene, depth);
         let make = |variant: &Variant<'_>| self.method(variant, depth);
         let mut methods = (0..case.view_count())
             .map(|_| variants.iter().map(make).collect::<Vec<_>>())
@@ -261,6 +267,8 @@ impl<'a> Stage<'a> {
             .iter()
             .map(|variant| variant.result(depth))
             .collect::<Vec<_>>();
+        let mut scene = self.scene.clone();
+        let mut moving = MovingObjects::new(self.baked.scene(), &scene);
         for (number, frame) in case.frames.iter().enumerate() {
             let size = size_of(frame);
             if targets.targets().size != size {
@@ -268,24 +276,48 @@ impl<'a> Stage<'a> {
                 targets = FrameTargets::new(device, size);
                 drawer.draw_into(&targets);
             }
-            let (truth, _) = self.draw(&mut truth, &mut drawer, &targets, frame, number)?;
+            if let Some(motion) = &case.motion {
+                let baked = self.baked.scene();
+                motion.advance(number, baked, &mut moving, &self.gpu.queue, &mut scene);
+            }
+            let view = View {
+                scene: &scene,
+                targets: &targets,
+                frame,
+                number,
+            };
+            let (truth, _) = self.draw(&mut truth, &mut drawer, &view)?;
+            let mut visible = truth.visible();
+            if let Some(blended) = &blended {
+                let shown = blended.shown(self.gpu, &scene, &frame.camera, targets.targets());
+                visible = visible.union(&shown.map_err(|source| view.error(source))?);
+            }
             for (method, result) in methods[frame.view].iter_mut().zip(&mut results) {
-                let (image, ms) = self.draw(&mut **method, &mut drawer, &targets, frame, number)?;
-                result.add(number, size, &truth, &image, &self.drawn(&**method), ms);
+                let (image, ms) = self.draw(&mut **method, &mut drawer, &view)?;
+                let drawn = Drawn::read(self.gpu, &**method).all();
+                result.add(number, size, &truth, &image, &visible, &drawn, ms);
             }
         }
+        // What moved out of the tree must be back for the next depth convention.
+        self.restore(&mut moving, &mut scene);
         Ok(results)
+    }
+
+    /// Shows every object of the bake again and removes all others.
+    fn restore(&self, moving: &mut MovingObjects, scene: &mut Scene) {
+        *moving = MovingObjects::new(self.baked.scene(), &self.scene);
+        moving.rewrite(&self.gpu.queue, scene);
     }
 
     fn method(&self, variant: &Variant<'_>, depth: DepthConvention) -> Box<dyn CullingMethod> {
         (variant.method.make)(&Parts {
             device: &self.gpu.device,
-            queue: &self.gpu.queue,
             scene: &self.scene,
             tree: variant.tree,
             depth,
-            mode: variant.mode.unwrap_or_default(),
+            mode: variant.mode.name,
             grouping: Grouping::default(),
+            knobs: &Knobs::default(),
             count_work: false,
         })
     }
@@ -295,50 +327,51 @@ impl<'a> Stage<'a> {
         &self,
         method: &mut dyn CullingMethod,
         drawer: &mut ObjectDrawer,
-        targets: &FrameTargets,
-        frame: &CaseFrame,
-        number: usize,
+        view: &View<'_>,
     ) -> Result<(Image, f64), StudyError> {
         let gpu = self.gpu;
-        let at = |source| StudyError::Camera {
-            frame: number as u32,
-            source,
-        };
+        let targets = view.targets.targets();
+        let (camera, shape) = (&view.frame.camera, &view.scene.shape);
         let began = Instant::now();
         let mut encoder = gpu.encoder();
         drawer
-            .set_camera(
-                &gpu.queue,
-                &frame.camera,
-                method.depth(),
-                targets.targets().size,
-            )
-            .map_err(at)?;
+            .set_camera(&gpu.queue, camera, method.depth(), targets.size, shape)
+            .map_err(|source| view.error(source))?;
         let mut context = FrameContext {
             device: &gpu.device,
             queue: &gpu.queue,
             encoder: &mut encoder,
-            camera: &frame.camera,
-            targets: targets.targets(),
+            scene: view.scene,
+            camera,
+            targets,
             observer: None,
         };
-        method.encode(&mut context, drawer).map_err(at)?;
+        method
+            .encode(&mut context, drawer)
+            .map_err(|source| view.error(source))?;
         gpu.submit_and_wait(encoder)?;
         let ms = began.elapsed().as_secs_f64() * 1e3;
         let mut encoder = gpu.encoder();
-        let copy = ImageCopy::record(&gpu.device, &mut encoder, targets);
+        let copy = ImageCopy::record(&gpu.device, &mut encoder, view.targets);
         gpu.submit_and_wait(encoder)?;
         Ok((copy.wait(&gpu.device), ms))
     }
+}
 
-    /// V united with U of the frame drawn last.
-    fn drawn(&self, method: &dyn CullingMethod) -> IdSet {
-        let sets = method.sets();
-        [sets.potential_occluders, sets.potentially_visible]
-            .into_iter()
-            .flatten()
-            .map(|set| IdSet::from_words(readback::words(&self.gpu.device, &self.gpu.queue, set)))
-            .fold(IdSet::default(), |all, set| all.union(&set))
+/// A frame to draw.
+struct View<'a> {
+    scene: &'a Scene,
+    targets: &'a FrameTargets,
+    frame: &'a CaseFrame,
+    number: usize,
+}
+
+impl View<'_> {
+    fn error(&self, source: CameraError) -> StudyError {
+        StudyError::Camera {
+            frame: self.number as u32,
+            source,
+        }
     }
 }
 
@@ -360,10 +393,10 @@ impl Variant<'_> {
     fn result(&self, depth: DepthConvention) -> MethodResult {
         MethodResult {
             method: self.method.name.to_owned(),
-            mode: self.mode.map(str::to_owned),
+            mode: (!self.mode.name.is_empty()).then(|| self.mode.name.to_owned()),
             split: self.tree.map(|tree| tree.split.clone()),
             depth: depth.name().to_owned(),
-            exactness: self.method.exactness.name().to_owned(),
+            exactness: self.mode.exactness.name().to_owned(),
             frames: 0,
             wrong_pixels: 0,
             false_negatives: 0,
@@ -383,10 +416,11 @@ impl MethodResult {
         size: [u32; 2],
         truth: &Image,
         image: &Image,
+        visible: &IdSet,
         drawn: &IdSet,
         ms: f64,
     ) {
-        let check = FrameCheck::new(truth, image, drawn);
+        let check = FrameCheck::new(truth, image, visible, drawn);
         let FrameCheck {
             wrong_pixels,
             false_negatives,
@@ -524,14 +558,15 @@ mod tests {
         let method = |name| crate::registry::method(name).unwrap();
         let variant = |method| Variant {
             method,
-            mode: Some("of"),
+            mode: &method.modes[0],
             tree: None,
         };
         let mut run = variant(method("hroc")).result(DepthConvention::Reversed);
         let (truth, lost) = (image(0.5, 3), image(0.0, NO_OBJECT));
-        run.add(0, [1, 1], &truth, &truth, &[3].into_iter().collect(), 1.0);
+        let visible = truth.visible();
+        run.add(0, [1, 1], &truth, &truth, &visible, &visible, 1.0);
         assert!(!run.failed());
-        run.add(1, [1, 1], &truth, &lost, &IdSet::default(), 1.0);
+        run.add(1, [1, 1], &truth, &lost, &visible, &IdSet::default(), 1.0);
         assert!(run.failed());
         assert_eq!((run.frames, run.visible, run.drawn), (2, 2, 1));
         let mut results = HardCaseResults {

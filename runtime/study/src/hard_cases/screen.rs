@@ -32,6 +32,7 @@ pub(super) const VIEWPORTS: HardCase = HardCase {
             })
         });
         CaseScene {
+            motion: None,
             source: clutter(Scale::Small),
             frames: frames.collect(),
         }
@@ -101,6 +102,7 @@ fn footprints(scale: Scale) -> CaseScene {
         })
     });
     CaseScene {
+        motion: None,
         frames: frames.collect(),
         source: b.build(),
     }
@@ -164,6 +166,7 @@ fn odd_sizes(scale: Scale) -> CaseScene {
         left += 2.0 * width + 16.0;
     }
     CaseScene {
+        motion: None,
         source: b.build(),
         frames,
     }

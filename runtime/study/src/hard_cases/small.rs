@@ -119,6 +119,7 @@ pub(super) const NARROW_GAPS: HardCase = HardCase {
             ..camera.into()
         });
         CaseScene {
+            motion: None,
             source: b.build(),
             frames: frames.collect(),
         }

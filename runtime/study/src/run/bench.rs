@@ -40,7 +40,7 @@ impl<'a> Bench<'a> {
         gpu.check_size(options.size)?;
         let upload_tree = || Tree::upload(&gpu.device, baked.scene(), &options.split);
         let tree = options.method.uses_tree.then(upload_tree).transpose()?;
-        let scene = Scene::upload(&gpu.device, baked.scene())?;
+        let scene = Scene::upload(&gpu.device, &options.profile, baked.scene())?;
         let targets = FrameTargets::new(&gpu.device, options.size);
         let drawer = ObjectDrawer::new(&gpu.device, &scene, &targets, options.depth);
         let gpu_clock = GpuClock::choose(gpu, options.clock)?;
@@ -61,12 +61,12 @@ impl<'a> Bench<'a> {
     pub(super) fn method(&self, count_work: bool) -> Result<Box<dyn CullingMethod>, StudyError> {
         let method = (self.options.method.make)(&Parts {
             device: &self.gpu.device,
-            queue: &self.gpu.queue,
             scene: &self.scene,
             tree: self.tree.as_ref(),
             depth: self.options.depth,
-            mode: self.options.mode.unwrap_or_default(),
+            mode: self.options.mode.name,
             grouping: self.options.grouping,
+            knobs: &self.options.knobs,
             count_work,
         });
         self.gpu.check()?;
@@ -90,12 +90,19 @@ impl<'a> Bench<'a> {
         let camera = self.camera(frame);
         let Self { gpu, options, .. } = self;
         self.drawer
-            .set_camera(&gpu.queue, &camera, options.depth, options.size)
+            .set_camera(
+                &gpu.queue,
+                &camera,
+                options.depth,
+                options.size,
+                &self.scene.shape,
+            )
             .map_err(at)?;
         let mut context = FrameContext {
             device: &gpu.device,
             queue: &gpu.queue,
             encoder,
+            scene: &self.scene,
             camera: &camera,
             targets: self.targets.targets(),
             // Shortens the lifetime inside the option, which only a direct reference allows.

@@ -3,15 +3,15 @@
 use hroc_format::ArchivedScene;
 use hroc_runtime::{CullingMethod, readback};
 
+use crate::drawn::Drawn;
 use crate::gpu::Gpu;
 use crate::id_set::IdSet;
 use crate::results::{Counters, Frame, SetSizes};
 
 /// The sets of a frame on the host.
 pub(super) struct FrameSets {
-    potential_occluders: Option<IdSet>,
+    pub(super) drawn: Drawn,
     effective_occluders: Option<IdSet>,
-    potentially_visible: Option<IdSet>,
     group_count: Option<u32>,
 }
 
@@ -19,24 +19,15 @@ impl FrameSets {
     /// The sets of the frame that `method` drew last, once it is done.
     pub(super) fn read(gpu: &Gpu, method: &dyn CullingMethod) -> Self {
         let words = |buffer: &wgpu::Buffer| readback::words(&gpu.device, &gpu.queue, buffer);
-        let set =
-            |buffer: Option<&wgpu::Buffer>| buffer.map(|buffer| IdSet::from_words(words(buffer)));
         let sets = method.sets();
         Self {
-            potential_occluders: set(sets.potential_occluders),
-            effective_occluders: set(sets.effective_occluders),
-            potentially_visible: set(sets.potentially_visible),
+            drawn: Drawn::read(gpu, method),
+            effective_occluders: sets
+                .effective_occluders
+                .map(|set| IdSet::from_words(words(set))),
             // The second of the indirect arguments: the number of instances.
             group_count: sets.group_draw.map(|arguments| words(arguments)[1]),
         }
-    }
-
-    /// V united with U.
-    pub(super) fn drawn(&self) -> IdSet {
-        let none = IdSet::default();
-        let [v, u] = [&self.potential_occluders, &self.potentially_visible]
-            .map(|set| set.as_ref().unwrap_or(&none));
-        v.union(u)
     }
 
     /// Fills in the sizes of the sets and the counters that follow from them; `visible` is what shows.
@@ -44,16 +35,17 @@ impl FrameSets {
         let len = |set: &Option<IdSet>| set.as_ref().map(IdSet::len);
         let groups = self.group_count.map(|count| count as usize);
         frame.sets = SetSizes {
-            v: len(&self.potential_occluders),
+            v: len(&self.drawn.potential_occluders),
             o: len(&self.effective_occluders),
             g: groups,
-            u: len(&self.potentially_visible),
+            u: len(&self.drawn.potentially_visible),
             d: self
+                .drawn
                 .potentially_visible
                 .as_ref()
                 .map(|set| set.intersection(visible).len()),
         };
-        let drawn = self.drawn();
+        let drawn = self.drawn.all();
         let triangles = |id: u32| {
             let mesh = scene.objects[id as usize].mesh.to_native();
             u64::from(scene.meshes[mesh as usize].index_count.to_native() / 3)

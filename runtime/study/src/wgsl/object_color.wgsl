@@ -57,10 +57,21 @@ fn direction(v: vec3f) -> vec3f {
     return normalize(v / largest);
 }
 
-@fragment
-fn object_color(surface: Surface) -> Pixel {
+// Masked objects have holes, whatever their alpha (for tests: textures are not baked).
+override HOLES: bool = false;
+// hroc_format::object_flags.
+const MASKED: u32 = 1u;
+
+fn hole(world: vec3f) -> bool {
+    return fract(2.0 * dot(world, vec3f(1.0, 0.9, 0.8))) < 0.5;
+}
+
+fn shade(surface: Surface) -> Pixel {
     // The derivatives first: they need all four fragments of a quad.
     let facet = direction(cross(dpdx(surface.world), dpdy(surface.world)));
+    if (HOLES && (objects[surface.object].flags & MASKED) != 0u && hole(surface.world)) {
+        discard;
+    }
     if (!hroc_keeps(object_bounds[surface.object], surface.position)) {
         discard;
     }
@@ -75,4 +86,16 @@ fn object_color(surface: Surface) -> Pixel {
     // Objects of one colour differ a little, by the bits of Knuth's multiplicative hash.
     let tone = 0.86 + 0.14 * f32((surface.object * 2654435769u) >> 24u) / 255.0;
     return Pixel(vec4f(base * tone * (sky + 0.52 * head), 1.0), surface.object);
+}
+
+@fragment
+fn object_color(surface: Surface) -> Pixel {
+    return shade(surface);
+}
+
+// Blended materials, whatever their alpha, are half transparent here.
+@fragment
+fn object_color_blended(surface: Surface) -> Pixel {
+    let pixel = shade(surface);
+    return Pixel(vec4f(pixel.color.rgb, 0.5), pixel.object);
 }

@@ -4,8 +4,18 @@
 // Larger depth is nearer (reversed conventions).
 override REVERSED_DEPTH: bool = true;
 
+// Leaves out one safeguard, to show that tests notice (hroc_runtime::Mutant). 0: none.
+override BROKEN: u32 = 0;
+const BROKEN_COVERAGE: u32 = 1;
+const BROKEN_DEPTH: u32 = 2;
+const BROKEN_SLAB: u32 = 3;
+const BROKEN_NEAR: u32 = 4;
+const BROKEN_PRUNING: u32 = 5;
+
 // Widens the interval of the slab test: 16 * 2^-23 covers the rounding of both its ends.
 const SLAB_WIDENING: f32 = 1.0000019;
+// Corners farther out than this many half widths of the image lose too much of their place to rounding.
+const LARGEST_NDC: f32 = 32.0;
 // Directions are kept this far from zero so that no 0 * inf can arise.
 const SMALLEST_DIRECTION: f32 = 1e-12;
 
@@ -19,12 +29,22 @@ struct Ray {
     inverse_direction: vec3f,
 }
 
-// Grows bounds by all that rasterization and rounding can move geometry, see frame_uniform.rs.
-fn padded(lo: vec3f, hi: vec3f) -> Box {
+fn grown(box: Box, everywhere: f32, per_depth: f32) -> Box {
     let forward = frame.forward;
-    let farthest = dot(max(forward.xyz, vec3f(0.0)), hi) + dot(min(forward.xyz, vec3f(0.0)), lo) + forward.w;
-    let padding = frame.padding_world + frame.padding_per_depth * max(farthest, 0.0);
-    return Box(lo - padding, hi + padding);
+    let farthest = dot(max(forward.xyz, vec3f(0.0)), box.max) + dot(min(forward.xyz, vec3f(0.0)), box.min) + forward.w;
+    let padding = select(everywhere + per_depth * max(farthest, 0.0), 0.0, BROKEN == BROKEN_COVERAGE);
+    return Box(box.min - padding, box.max + padding);
+}
+
+// Grows bounds by all that rasterization and rounding can move geometry, see frame_uniform.rs: what rays are
+// tested against.
+fn padded(lo: vec3f, hi: vec3f) -> Box {
+    return grown(Box(lo, hi), frame.padding_world, frame.padding_per_depth);
+}
+
+// What is rasterized for a padded box: it covers the centre of every pixel whose ray meets the box.
+fn rasterized(box: Box) -> Box {
+    return grown(box, frame.box_padding_world, frame.box_padding_per_depth);
 }
 
 // Signed distance from a plane to the box's corner farthest along the plane's normal.
@@ -48,19 +68,25 @@ fn in_frustum(box: Box) -> bool {
 // Part of the box lies in front of the near plane or on it: its faces cannot be relied on to leave
 // fragments there.
 fn touches_near(box: Box) -> bool {
-    return nearest_along(frame.planes[4], box) <= 0.0;
+    return nearest_along(frame.planes[4], box) <= 0.0 && BROKEN != BROKEN_NEAR;
 }
 
-// Pixels of the screen rectangle round a box that does not touch the near plane (so w > 0 at every corner).
-// Never smaller for a box than for one inside it.
-fn screen_area(box: Box) -> f32 {
+// Where a box that does not touch the near plane (so w > 0 at every corner) falls in the image.
+struct Footprint {
+    // Pixels of the screen rectangle round it. But for rounding no smaller for a box than for one inside it.
+    area_px: f32,
+    // Distance of its farthest corner from the middle, in half widths or heights of the image.
+    farthest_ndc: f32,
+}
+
+fn footprint(box: Box) -> Footprint {
     let size = box.max - box.min;
     let base = frame.clip_from_world * vec4f(box.min, 1.0);
     let x = frame.clip_from_world[0] * size.x;
     let y = frame.clip_from_world[1] * size.y;
     let z = frame.clip_from_world[2] * size.z;
-    var lo = vec2f(1.0);
-    var hi = vec2f(-1.0);
+    var lo = vec2f(LARGEST_NDC * 2.0);
+    var hi = vec2f(LARGEST_NDC * -2.0);
     for (var corner = 0u; corner < 8u; corner++) {
         let clip = base
             + select(vec4f(0.0), x, (corner & 1u) != 0u)
@@ -71,7 +97,8 @@ fn screen_area(box: Box) -> f32 {
         hi = max(hi, ndc);
     }
     let extent = max(min(hi, vec2f(1.0)) - max(lo, vec2f(-1.0)), vec2f(0.0)) * 0.5 * vec2f(frame.size);
-    return extent.x * extent.y;
+    let farthest = max(abs(lo), abs(hi));
+    return Footprint(extent.x * extent.y, max(farthest.x, farthest.y));
 }
 
 // The ray through a fragment's position (pixels, centre of the pixel, y down).
@@ -91,19 +118,27 @@ fn entry(ray: Ray, box: Box, near: f32) -> f32 {
     let leave = max(a, b);
     let first = max(max(enter.x, enter.y), max(enter.z, near));
     let last = min(min(leave.x, leave.y), leave.z);
-    return select(-1.0, first, first <= last * SLAB_WIDENING);
+    let widening = select(SLAB_WIDENING, 1.0, BROKEN == BROKEN_SLAB);
+    return select(-1.0, first, first <= last * widening);
+}
+
+// The depth of what starts at ray parameter `t`, before and after rounding toward visible. What the map's
+// own depth adds is left to the caller.
+fn earliest_depth(t: f32) -> f32 {
+    let nearer = t / SLAB_WIDENING;
+    let along = frame.depth_along_ray;
+    let w = along.z + along.w * nearer;
+    let entry_depth = (along.x + along.y * nearer) / w;
+    let tolerance = select(frame.depth_tolerance + frame.depth_tolerance_over_w / w, 0.0, BROKEN == BROKEN_DEPTH);
+    return select(entry_depth - tolerance, entry_depth + tolerance, REVERSED_DEPTH);
 }
 
 // Whether a surface that starts at ray parameter `t` can be at or in front of `depth` (the value in the
 // depth buffer): compared in clip depth, rounded toward visible.
 fn may_show(t: f32, depth: f32) -> bool {
-    let nearer = t / SLAB_WIDENING;
-    let along = frame.depth_along_ray;
-    let w = along.z + along.w * nearer;
-    let entry_depth = (along.x + along.y * nearer) / w;
-    let tolerance = frame.depth_tolerance + frame.depth_tolerance_over_w / w + frame.depth_tolerance_relative * abs(depth);
+    let tolerance = select(frame.depth_tolerance_relative * abs(depth), 0.0, BROKEN == BROKEN_DEPTH);
     if (REVERSED_DEPTH) {
-        return entry_depth + tolerance >= depth;
+        return earliest_depth(t) + tolerance >= depth;
     }
-    return entry_depth - tolerance <= depth;
+    return earliest_depth(t) - tolerance <= depth;
 }

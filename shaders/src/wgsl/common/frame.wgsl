@@ -9,7 +9,7 @@ struct Frame {
     // Ray through pixel coordinate (x, y): origin + x * origin_dx + y * origin_dy, and likewise the
     // direction, scaled so that the ray parameter is the view depth.
     ray_origin: vec3f,
-    // Half-width by which every box grows, whatever its distance, world.
+    // Half-width by which the bounds that rays are tested against grow, whatever their distance, world.
     padding_world: f32,
     ray_origin_dx: vec3f,
     // The same per unit of the box's farthest view depth.
@@ -30,6 +30,13 @@ struct Frame {
     depth_tolerance_relative: f32,
     // Render target size in pixels.
     size: vec2u,
+    // By how much more the boxes grow that are rasterized: whatever their distance, world, and per unit of
+    // the box's farthest view depth.
+    box_padding_world: f32,
+    box_padding_per_depth: f32,
+    // Objects of the baked scene, the leaves of its trees; those from here on move.
+    static_count: u32,
+    reserved: u32,
 }
 
 // The one binding that is not declared beside an entry point: every stage that imports this has it here.
