@@ -296,6 +296,32 @@ mod tests {
             projection,
             near: 0.5,
             far,
+            jitter_px: [0.0; 2],
+        }
+    }
+
+    #[test]
+    fn jitter_shifts_the_image() {
+        let size = [640, 360];
+        for projection in [
+            Projection::Perspective { fov_y_rad: 1.0 },
+            Projection::Orthographic { half_height: 4.0 },
+        ] {
+            let still = camera(projection, None);
+            let shifted = Camera {
+                jitter_px: [0.25, -3.0],
+                ..still
+            };
+            let at = |camera: Camera| {
+                let depth = DepthConvention::Reversed;
+                let clip = camera
+                    .clip_from_world(depth, size, DVec3::ZERO, 10.0)
+                    .unwrap();
+                let p = clip * DVec4::new(-0.5, 1.0, -2.0, 1.0);
+                [p.x / p.w * 320.0, -p.y / p.w * 180.0]
+            };
+            let (a, b) = (at(still), at(shifted));
+            assert!((b[0] - a[0] - 0.25).abs() < 1e-9 && (b[1] - a[1] + 3.0).abs() < 1e-9);
         }
     }
 

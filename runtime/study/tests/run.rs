@@ -3,48 +3,61 @@
 mod support;
 
 use hroc_format::{BakedScene, Check, to_bytes};
-use hroc_runtime::{DepthConvention, HostSync, Noc, Scene, SceneShape};
+use hroc_runtime::{DepthConvention, HostSync, Noc, Scene};
 use hroc_study::camera_path::orbit;
 use hroc_study::error::{StudyError, exit};
 use hroc_study::gpu::{Gpu, GpuOptions};
 use hroc_study::gpu_clock::ClockChoice;
-use hroc_study::registry::{Exactness, Method, method};
+use hroc_study::registry::{Exactness, Knobs, Method, Mode, method};
 use hroc_study::results::RunResults;
 use hroc_study::run::{RunOptions, run};
 use indicatif::ProgressBar;
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Draws only the first of two rooms.
 const FORGETFUL: Method = Method {
     name: "forgetful",
     source: "a method with a bug",
-    exactness: Exactness::Exact,
-    host_sync: HostSync::Never,
     features: wgpu::Features::empty(),
-    modes: &[],
+    modes: &[Mode {
+        name: "",
+        exactness: Exactness::Exact,
+        host_sync: HostSync::Never,
+    }],
+    knobs: &[],
     uses_tree: false,
     counts_work: false,
     make: |parts| {
-        let shape = SceneShape {
-            object_count: 9,
-            ..parts.scene.shape
+        let opaque = parts.device.create_buffer_init(&BufferInitDescriptor {
+            label: None,
+            contents: &0x1ff_u32.to_le_bytes(),
+            usage: wgpu::BufferUsages::STORAGE,
+        });
+        let scene = Scene {
+            opaque,
+            ..parts.scene.clone()
         };
-        Box::new(Noc::new(
-            parts.device,
-            &Scene {
-                shape,
-                ..parts.scene.clone()
-            },
-            parts.depth,
-        ))
+        Box::new(Noc::new(parts.device, &scene, parts.depth))
     },
 };
 
 fn checked(method: &'static Method) -> Result<RunResults, StudyError> {
+    checked_in(method, &method.modes[0])
+}
+
+fn checked_in(method: &'static Method, mode: &'static Mode) -> Result<RunResults, StudyError> {
     let file = to_bytes(&support::rooms(2)).unwrap();
     let baked = BakedScene::from_aligned(file, Check::Everything).unwrap();
+    let gpu_options = GpuOptions {
+        validation: true,
+        ..Default::default()
+    };
+    let gpu = Gpu::open(&gpu_options).expect("HROC_SKIP_GPU=1 skips this");
     let options = RunOptions {
         method,
-        mode: method.mode(None).unwrap(),
+        mode,
+        knobs: Knobs::default(),
+        profile: gpu.profile,
         grouping: hroc_runtime::Grouping::default(),
         split: "sah".into(),
         path: orbit(baked.scene()),
@@ -55,11 +68,6 @@ fn checked(method: &'static Method) -> Result<RunResults, StudyError> {
         check: true,
         truth_cache: None,
     };
-    let gpu_options = GpuOptions {
-        validation: true,
-        ..Default::default()
-    };
-    let gpu = Gpu::open(&gpu_options).expect("HROC_SKIP_GPU=1 skips this");
     run(&gpu, &baked, &options, &ProgressBar::hidden(), &mut |_| {
         Ok(())
     })
@@ -82,8 +90,15 @@ fn hroc_passes_under_validation() {
     if support::without_gpu() {
         return;
     }
-    let results = checked(method("hroc").unwrap()).unwrap();
-    assert_eq!(results.errors(), Some([0, 0]));
+    let hroc = method("hroc").unwrap();
+    for mode in hroc
+        .modes
+        .iter()
+        .filter(|m| m.exactness == Exactness::Exact)
+    {
+        let results = checked_in(hroc, mode).unwrap();
+        assert_eq!(results.errors(), Some([0, 0]), "{}", mode.name);
+    }
 }
 
 #[test]
