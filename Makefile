@@ -1,5 +1,5 @@
 # The commands of the README. Each does its own set-up.
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint mutants bench clean
 .DEFAULT_GOAL := demo
 
 SHELL := bash
@@ -29,6 +29,11 @@ lint:
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --locked --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --locked --no-deps --document-private-items
+
+# Leaves out one safeguard after the other and shows which test notices.
+mutants:
+	@.ci/vulkan
+	$(CARGO) test --locked -p hroc-tests --test mutants -- --nocapture --test-threads=1
 
 bench:
 	$(CARGO) bench --locked -p hroc-format -p hroc-preprocess

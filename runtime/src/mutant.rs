@@ -46,7 +46,7 @@ impl Mutant {
     }
 
     /// The constant of common/bounds.wgsl.
-    pub(crate) fn constant(self) -> (&'static str, f64) {
+    pub fn constant(self) -> (&'static str, f64) {
         let number = match self {
             Self::None | Self::Fallback => 0.0,
             Self::Coverage => 1.0,

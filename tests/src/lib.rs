@@ -2,6 +2,7 @@
 
 pub mod host;
 pub mod oracle;
+pub mod slab;
 
 use std::sync::OnceLock;
 

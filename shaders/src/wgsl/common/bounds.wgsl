@@ -110,7 +110,8 @@ fn pixel_ray(position: vec2f) -> Ray {
     return Ray(origin, 1.0 / guarded);
 }
 
-// The ray parameter (view depth) where the ray enters the box, at least `near`; negative on a miss.
+// The ray parameter (view depth) where the ray enters the box, at least `near`; negative on a miss. A ray
+// within the plane of a face may be missed: boxes are padded, so nothing is there.
 fn entry(ray: Ray, box: Box, near: f32) -> f32 {
     let a = (box.min - ray.origin) * ray.inverse_direction;
     let b = (box.max - ray.origin) * ray.inverse_direction;
