@@ -1,5 +1,6 @@
 //! What hroc needs of a device, and what it finds out about it at start.
 
+mod box_cost;
 mod rasterizer;
 
 use wgpu::Features;
@@ -56,6 +57,10 @@ pub fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     }
 }
 
+/// Cost of a box in ray-box tests where it was not measured. Some 30 to 300 on GPUs; an error of four times costs a
+/// few percent.
+pub const ASSUMED_BOX_COST: f32 = 256.0;
+
 /// How fragments of the groups' boxes that lie behind the occlusion map are turned away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EarlyZ {
@@ -110,6 +115,12 @@ impl DeviceProfile {
             subpixel_step_px: COARSEST_SUBPIXEL_STEP_PX,
             mutant: Mutant::None,
         }
+    }
+
+    /// Measures what rasterizing one more box costs, in ray-box tests: for
+    /// [`Grouping::Adaptive`](crate::Grouping::Adaptive). Takes tens of milliseconds; submits and waits.
+    pub fn measure_box_cost(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> f32 {
+        box_cost::box_cost(device, queue, self.early_z)
     }
 
     /// The features that its paths need.

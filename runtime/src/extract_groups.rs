@@ -6,7 +6,7 @@ use crate::mutant::Mutant;
 use crate::scene::{SceneShape, Tree};
 
 /// Vertices of a group's box: one strip.
-const BOX_VERTICES: u32 = 14;
+pub(crate) const BOX_VERTICES: u32 = 14;
 
 /// How coarse the groups are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,8 +17,8 @@ pub enum Grouping {
     Published,
     /// Nodes that cover more of the screen than pays are replaced by their children too.
     Adaptive {
-        /// Cost of rasterizing one more box, in ray-box tests. Some 30 to 300 on GPUs, 600 on software
-        /// rasterizers; an error of four times costs a few percent.
+        /// Cost of rasterizing one more box, in ray-box tests; see
+        /// [`DeviceProfile::measure_box_cost`](crate::DeviceProfile::measure_box_cost).
         box_cost: f32,
     },
 }

@@ -119,6 +119,13 @@ impl Knobs {
     }
 }
 
+const BOX_COST: Knob = Knob {
+    name: "box-cost",
+    help: "adaptive grouping: cost of a box in ray-box tests; measured on the device if not given",
+    default: f64::NAN,
+    sweep: &[],
+};
+
 const LATE_MARGIN: Knob = Knob {
     name: "late-margin",
     help: "modes cr-late and cr-late-exact: draws beyond the last count that are allowed, as a share of it",
@@ -171,7 +178,7 @@ pub const METHODS: &[Method] = &[
             hroc_mode(HrocMode::CrLate),
             hroc_mode(HrocMode::CrLateExact),
         ],
-        knobs: &[LATE_MARGIN],
+        knobs: &[LATE_MARGIN, BOX_COST],
         uses_tree: true,
         counts_work: true,
         make: |parts| {
@@ -182,7 +189,12 @@ pub const METHODS: &[Method] = &[
                     .find(|mode| mode.name() == parts.mode)
                     .unwrap_or_default(),
                 depth: parts.depth,
-                grouping: parts.grouping,
+                grouping: match (parts.grouping, parts.knobs.get(&BOX_COST) as f32) {
+                    (Grouping::Adaptive { .. }, box_cost) if box_cost.is_finite() => {
+                        Grouping::Adaptive { box_cost }
+                    }
+                    (grouping, _) => grouping,
+                },
                 late_margin: parts.knobs.get(&LATE_MARGIN) as f32,
                 count_work: parts.count_work,
                 ..HrocOptions::default()
@@ -323,7 +335,11 @@ pub fn table() -> String {
             [
                 method.name.to_owned(),
                 knob.name.to_owned(),
-                knob.default.to_string(),
+                if knob.default.is_nan() {
+                    "measured".to_owned()
+                } else {
+                    knob.default.to_string()
+                },
                 knob.help.to_owned(),
             ]
         })

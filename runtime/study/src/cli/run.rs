@@ -170,6 +170,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
         validation: arguments.validation,
     })?;
 
+    let profile = profile(arguments, &gpu)?;
     let truth_folder = arguments
         .truth_cache
         .clone()
@@ -178,10 +179,12 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
         method,
         mode,
         knobs,
-        profile: profile(arguments, &gpu)?,
+        profile,
         grouping: match arguments.grouping {
             GroupingName::Published => Grouping::Published,
-            GroupingName::Adaptive => Grouping::Adaptive { box_cost: 256.0 },
+            GroupingName::Adaptive => Grouping::Adaptive {
+                box_cost: profile.measure_box_cost(&gpu.device, &gpu.queue),
+            },
         },
         split: arguments.split.clone(),
         path,
