@@ -137,6 +137,21 @@ impl DeviceProfile {
         features
     }
 
+    /// Every combination of paths that a device with `features` can be made to take.
+    pub fn every_path(&self, features: Features) -> Vec<Self> {
+        let pairs = Submission::ALL
+            .into_iter()
+            .flat_map(|submission| EarlyZ::ALL.map(|early_z| (submission, early_z)));
+        pairs
+            .map(|(submission, early_z)| Self {
+                submission,
+                early_z,
+                ..*self
+            })
+            .filter(|profile| features.contains(profile.features()))
+            .collect()
+    }
+
     /// Finds out by drawing two rows of pixels. Submits and waits.
     pub fn probe(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         Self {

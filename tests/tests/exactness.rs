@@ -3,8 +3,7 @@
 
 use glam::{DVec3, DVec4};
 use hroc_runtime::{
-    CullingMethod, DepthConvention, DeviceProfile, EarlyZ, Grouping, Hroc, HrocOptions, Noc,
-    Projection, Submission,
+    CullingMethod, DepthConvention, Grouping, Hroc, HrocOptions, Noc, Projection, Scene,
 };
 use hroc_study::hard_cases::{CASES, CaseFrame, Scale, case};
 use hroc_study::registry::{Exactness, Knobs, METHODS, Mode, Parts};
@@ -21,7 +20,8 @@ fn methods(
 ) -> Vec<(String, Box<dyn CullingMethod>)> {
     let adaptive = Grouping::Adaptive { box_cost: 64.0 };
     let mut groupings = [Grouping::Published, adaptive].into_iter().cycle();
-    let mut paths = paths(gpu).into_iter().cycle();
+    let paths = gpu.profile.every_path(gpu.device.features());
+    let mut paths = paths.into_iter().cycle();
     let mut methods = Vec::new();
     for method in METHODS {
         let trees = if method.uses_tree {
@@ -35,9 +35,11 @@ fn methods(
             groupings.next();
             for tree in trees {
                 let grouping = groupings.next().unwrap();
-                let (submission, early_z) = paths.next().unwrap();
-                let mut scene = world.scene.clone();
-                (scene.profile.submission, scene.profile.early_z) = (submission, early_z);
+                let profile = paths.next().unwrap();
+                let scene = Scene {
+                    profile,
+                    ..world.scene.clone()
+                };
                 let made = (method.make)(&Parts {
                     device: &gpu.device,
                     scene: &scene,
@@ -54,30 +56,14 @@ fn methods(
                     mode.label(),
                     tree.split,
                     grouping.name(),
-                    submission.name(),
-                    early_z.name()
+                    profile.submission.name(),
+                    profile.early_z.name()
                 );
                 methods.push((name, made));
             }
         }
     }
     methods
-}
-
-/// Every combination of device paths that this device can be made to take.
-fn paths(gpu: &Gpu) -> Vec<(Submission, EarlyZ)> {
-    let pairs = Submission::ALL
-        .into_iter()
-        .flat_map(|submission| EarlyZ::ALL.map(|early_z| (submission, early_z)));
-    let fits = |&(submission, early_z): &(Submission, EarlyZ)| {
-        let profile = DeviceProfile {
-            submission,
-            early_z,
-            ..gpu.profile
-        };
-        gpu.device.features().contains(profile.features())
-    };
-    pairs.filter(fits).collect()
 }
 
 #[test]

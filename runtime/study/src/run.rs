@@ -64,6 +64,8 @@ pub struct RunOptions {
     pub clock: ClockChoice,
     /// Compare each frame with the truth.
     pub check: bool,
+    /// Leave out the replays that time.
+    pub untimed: bool,
     /// Where the truth is kept between runs, if anywhere.
     pub truth_cache: Option<TruthCache>,
 }
@@ -91,20 +93,23 @@ pub fn run(
     view: &mut dyn FnMut(&FrameView<'_>) -> Result<(), StudyError>,
 ) -> Result<RunResults, StudyError> {
     let mut bench = Bench::new(gpu, baked, options)?;
-    let replays = 3 + u64::from(options.method.counts_work);
+    let timed = if options.untimed { 0 } else { 2 };
+    let replays = 1 + timed + u64::from(options.method.counts_work);
     progress.set_length(u64::from(options.frames) * replays);
 
     let mut frames = vec![Frame::default(); options.frames as usize];
-    progress.set_message("timing");
-    let memory_bytes = bench.replay_timed(&mut frames, progress)?;
-    progress.set_message("timing stages");
-    bench.replay_staged(&mut frames, progress)?;
+    if !options.untimed {
+        progress.set_message("timing");
+        bench.replay_timed(&mut frames, progress)?;
+        progress.set_message("timing stages");
+        bench.replay_staged(&mut frames, progress)?;
+    }
     progress.set_message(if options.check {
         "checking"
     } else {
         "reading sets"
     });
-    let mut warnings = bench.replay_observed(&mut frames, progress, view)?;
+    let (memory_bytes, mut warnings) = bench.replay_observed(&mut frames, progress, view)?;
     if options.method.counts_work {
         progress.set_message("counting work");
         bench.replay_counted(&mut frames, progress)?;
@@ -173,7 +178,7 @@ impl Bench<'_> {
         &mut self,
         frames: &mut [Frame],
         progress: &ProgressBar,
-    ) -> Result<Memory, StudyError> {
+    ) -> Result<(), StudyError> {
         let mut method = self.method(false)?;
         for (number, frame) in (0..).zip(frames) {
             let began = Instant::now();
@@ -183,14 +188,7 @@ impl Bench<'_> {
             frame.frame_ms = began.elapsed().as_secs_f64() * 1e3;
             progress.inc(1);
         }
-        let [geometry, objects] = self.scene.memory_bytes();
-        let tree = self.tree.as_ref().map_or(0, Tree::memory_bytes);
-        Ok(Memory {
-            geometry,
-            objects,
-            tree,
-            method: method.memory_bytes(),
-        })
+        Ok(())
     }
 
     /// Fills in `stages_ms` and `gpu_ms`.
@@ -233,7 +231,7 @@ impl Bench<'_> {
         frames: &mut [Frame],
         progress: &ProgressBar,
         view: &mut dyn FnMut(&FrameView<'_>) -> Result<(), StudyError>,
-    ) -> Result<Vec<Warning>, StudyError> {
+    ) -> Result<(Memory, Vec<Warning>), StudyError> {
         let mut method = self.method(false)?;
         let mut truth = self.options.check.then(|| TrueFrames::new(self));
         let blended = (self.options.check)
@@ -282,7 +280,14 @@ impl Bench<'_> {
             })?;
             progress.inc(1);
         }
-        Ok(truth.map_or_else(Vec::new, TrueFrames::finish))
+        let [geometry, objects] = self.scene.memory_bytes();
+        let memory = Memory {
+            geometry,
+            objects,
+            tree: self.tree.as_ref().map_or(0, Tree::memory_bytes),
+            method: method.memory_bytes(),
+        };
+        Ok((memory, truth.map_or_else(Vec::new, TrueFrames::finish)))
     }
 
     fn check(

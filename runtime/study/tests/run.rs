@@ -66,6 +66,7 @@ fn checked_in(method: &'static Method, mode: &'static Mode) -> Result<RunResults
         depth: DepthConvention::default(),
         clock: ClockChoice::Wall,
         check: true,
+        untimed: false,
         truth_cache: None,
     };
     run(&gpu, &baked, &options, &ProgressBar::hidden(), &mut |_| {

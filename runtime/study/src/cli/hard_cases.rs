@@ -24,6 +24,10 @@ pub(super) struct HardCasesArguments {
     /// As many objects and frames as the difficulty needs, not as few as show it. Takes minutes.
     #[arg(long)]
     full: bool,
+    /// Both groupings, and every device path that this device can be made to take: the full product with modes and
+    /// trees. Takes an hour on a software rasterizer.
+    #[arg(long)]
+    all_paths: bool,
     /// Width and height of frames whose case does not decide it; 128x72, with --full 640x360 if left out.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
@@ -59,11 +63,12 @@ pub(super) fn hard_cases(arguments: &HardCasesArguments) -> Result<u8, StudyErro
     } else {
         Scale::Small
     };
-    let options = HardCaseOptions {
+    let mut options = HardCaseOptions {
         cases: cases.map_err(StudyError::Usage)?,
         methods: methods.map_err(StudyError::Usage)?,
         scale,
         size: arguments.size.unwrap_or(scale.size()),
+        paths: Vec::new(),
     };
     let json = arguments.json.as_ref().map(JsonOutput::open).transpose()?;
     let features = options.methods.iter().map(|method| method.features);
@@ -72,6 +77,9 @@ pub(super) fn hard_cases(arguments: &HardCasesArguments) -> Result<u8, StudyErro
         features: features.fold(wgpu::Features::empty(), |all, some| all | some),
         validation: arguments.validation,
     })?;
+    if arguments.all_paths {
+        options.paths = gpu.profile.every_path(gpu.device.features());
+    }
     let progress = progress_bar("cases");
     let results = run(&gpu, &options, &progress);
     progress.finish_and_clear();

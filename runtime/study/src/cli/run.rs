@@ -63,6 +63,9 @@ pub(super) struct RunArguments {
     /// Compare every frame with the one where everything is drawn; exit with 1 if an exact method differs.
     #[arg(long)]
     check: bool,
+    /// Leave out the replays that time, for a check alone. Times are then 0.
+    #[arg(long)]
+    untimed: bool,
     /// Write the results as JSON; `-` for the standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<Destination>,
@@ -200,6 +203,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
             Clock::Gpu => ClockChoice::Gpu,
         },
         check: arguments.check,
+        untimed: arguments.untimed,
         truth_cache: truth_folder
             .filter(|_| !arguments.no_truth_cache)
             .map(TruthCache::new),

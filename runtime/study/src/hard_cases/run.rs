@@ -5,7 +5,8 @@ use std::time::Instant;
 use hroc_format::{ArchivedScene, BakedScene};
 use hroc_runtime::moving::MovingObjects;
 use hroc_runtime::{
-    CameraError, CullingMethod, DepthConvention, FrameContext, Grouping, Noc, Scene, Tree,
+    CameraError, CullingMethod, DepthConvention, DeviceProfile, FrameContext, Grouping, Noc, Scene,
+    Tree,
 };
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
@@ -38,6 +39,8 @@ pub struct HardCaseOptions {
     pub scale: Scale,
     /// Size of frames that have none of their own, pixels.
     pub size: [u32; 2],
+    /// Device paths to force, beside both groupings; empty: the device's own path and the default grouping.
+    pub paths: Vec<DeviceProfile>,
 }
 
 /// What `hroc hard-cases --json` writes.
@@ -87,6 +90,12 @@ pub struct MethodResult {
     pub method: String,
     pub mode: Option<String>,
     pub split: Option<String>,
+    /// `published` or `adaptive`, of a method that reads a tree.
+    pub grouping: Option<String>,
+    /// As in [`Paths`](crate::results::Paths).
+    pub submission: String,
+    /// As in [`Paths`](crate::results::Paths).
+    pub early_z: String,
     /// `standard` or `reversed`.
     pub depth: String,
     /// `exact` or `approximate`.
@@ -177,7 +186,7 @@ fn run_case(
     let stage = Stage::new(gpu, &baked, &generated)?;
     let variants = methods
         .iter()
-        .flat_map(|method| stage.variants(method))
+        .flat_map(|method| stage.variants(method, &options.paths))
         .collect::<Vec<_>>();
     let mut runs = Vec::new();
     for depth in DepthConvention::ALL {
@@ -201,6 +210,8 @@ struct Variant<'a> {
     method: &'static Method,
     mode: &'static Mode,
     tree: Option<&'a Tree>,
+    profile: DeviceProfile,
+    grouping: Grouping,
 }
 
 /// A scene on the device with all its trees.
@@ -229,19 +240,33 @@ impl<'a> Stage<'a> {
     }
 
     /// All ways to run `method`.
-    fn variants(&self, method: &'static Method) -> Vec<Variant<'_>> {
+    fn variants(&self, method: &'static Method, paths: &[DeviceProfile]) -> Vec<Variant<'_>> {
+        let groupings = [Grouping::Published, Grouping::Adaptive { box_cost: 64.0 }];
+        let (profiles, groupings) = match paths {
+            [] => (vec![self.gpu.profile], vec![Grouping::default()]),
+            paths if method.uses_tree => (paths.to_vec(), groupings.to_vec()),
+            paths => (paths.to_vec(), vec![Grouping::default()]),
+        };
         let trees = if method.uses_tree {
             self.trees.iter().map(Some).collect()
         } else {
             vec![None]
         };
-        let with_trees = |mode: &'static Mode| {
-            trees
-                .iter()
-                .map(move |&tree| Variant { method, mode, tree })
-                .collect::<Vec<_>>()
-        };
-        method.modes.iter().flat_map(with_trees).collect()
+        let mut variants = Vec::new();
+        for mode in method.modes {
+            for &tree in &trees {
+                for &profile in &profiles {
+                    variants.extend(groupings.iter().map(|&grouping| Variant {
+                        method,
+                        mode,
+                        tree,
+                        profile,
+                        grouping,
+                    }));
+                }
+            }
+        }
+        variants
     }
 
     /// All variants side by side: only one true image at a time has to be kept.
@@ -310,13 +335,17 @@ impl<'a> Stage<'a> {
     }
 
     fn method(&self, variant: &Variant<'_>, depth: DepthConvention) -> Box<dyn CullingMethod> {
+        let scene = Scene {
+            profile: variant.profile,
+            ..self.scene.clone()
+        };
         (variant.method.make)(&Parts {
             device: &self.gpu.device,
-            scene: &self.scene,
+            scene: &scene,
             tree: variant.tree,
             depth,
             mode: variant.mode.name,
-            grouping: Grouping::default(),
+            grouping: variant.grouping,
             knobs: &Knobs::default(),
             count_work: false,
         })
@@ -395,6 +424,9 @@ impl Variant<'_> {
             method: self.method.name.to_owned(),
             mode: (!self.mode.name.is_empty()).then(|| self.mode.name.to_owned()),
             split: self.tree.map(|tree| tree.split.clone()),
+            grouping: (self.tree.is_some()).then(|| self.grouping.name().to_owned()),
+            submission: self.profile.submission.name().to_owned(),
+            early_z: self.profile.early_z.name().to_owned(),
             depth: depth.name().to_owned(),
             exactness: self.mode.exactness.name().to_owned(),
             frames: 0,
@@ -450,12 +482,21 @@ impl MethodResult {
 
     /// Method, mode and tree.
     pub fn label(&self) -> String {
-        [Some(&self.method), self.mode.as_ref(), self.split.as_ref()]
-            .into_iter()
-            .flatten()
-            .map(String::as_str)
-            .collect::<Vec<_>>()
-            .join(" ")
+        let grouping = self
+            .grouping
+            .as_ref()
+            .filter(|name| *name != Grouping::default().name());
+        [
+            Some(&self.method),
+            self.mode.as_ref(),
+            self.split.as_ref(),
+            grouping,
+        ]
+        .into_iter()
+        .flatten()
+        .map(String::as_str)
+        .collect::<Vec<_>>()
+        .join(" ")
     }
 }
 
@@ -545,6 +586,7 @@ impl HardCaseResults {
 mod tests {
     use super::*;
     use hroc_format::NO_OBJECT;
+    use hroc_runtime::{EarlyZ, Mutant, Submission};
 
     fn image(depth: f32, item: u32) -> Image {
         Image {
@@ -560,6 +602,13 @@ mod tests {
             method,
             mode: &method.modes[0],
             tree: None,
+            profile: DeviceProfile {
+                submission: Submission::IndirectCount,
+                early_z: EarlyZ::Forced,
+                subpixel_step_px: 0.0625,
+                mutant: Mutant::None,
+            },
+            grouping: Grouping::default(),
         };
         let mut run = variant(method("hroc")).result(DepthConvention::Reversed);
         let (truth, lost) = (image(0.5, 3), image(0.0, NO_OBJECT));
