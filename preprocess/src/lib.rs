@@ -5,6 +5,7 @@
 
 pub mod bake;
 pub mod bvh;
+pub mod camera_path;
 pub mod cli;
 pub mod generate;
 pub mod import;

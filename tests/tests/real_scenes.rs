@@ -8,7 +8,7 @@ use hroc_preprocess::bake::{BakeOptions, bake};
 use hroc_preprocess::import::{ImportOptions, import};
 use hroc_preprocess::progress::Silent;
 use hroc_runtime::{CullingMethod, DepthConvention, Hroc, HrocOptions, Noc};
-use hroc_study::camera_path::{orbit, walk_in};
+use hroc_study::camera_path::{Cameras, orbit, walk_in};
 use hroc_tests::gpu;
 use hroc_tests::host::{Host, World, difference};
 

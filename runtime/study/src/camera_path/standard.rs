@@ -172,6 +172,7 @@ fn densest(centres: &[DVec3]) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera_path::Cameras;
     use hroc_format::{BakedScene, Bounds, Check, Scene, to_bytes};
 
     fn baked(boxes: &[[[f32; 3]; 2]]) -> BakedScene {

@@ -4,6 +4,7 @@ use hroc_format::BakedScene;
 use hroc_runtime::{Camera, CullingMethod, FrameContext, Scene, StageObserver, Tree};
 
 use super::RunOptions;
+use crate::camera_path::Cameras;
 use crate::drawer::ObjectDrawer;
 use crate::error::StudyError;
 use crate::gpu::{Gpu, GpuError};
