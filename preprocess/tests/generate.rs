@@ -1,28 +1,53 @@
 //! The generated scenes: right proportions, equal bytes from equal parameters, files that a glTF
 //! reader accepts, and no broken geometry.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use hroc_preprocess::camera_path::CameraPath;
 use hroc_preprocess::generate::{
-    self, GENERATORS, GenerateError, Generator, GlbStats, Model, Params,
+    self, GENERATORS, GenerateError, Generator, GlbStats, Model, Params, ScenePath, Shape,
 };
 
-struct Written {
+struct Files {
     stats: GlbStats,
     bytes: Vec<u8>,
+    /// File name and text of each camera path.
+    paths: Vec<(String, String)>,
 }
 
-fn write(generator: &dyn Generator, params: &Params) -> Written {
+fn write(generator: &dyn Generator, params: &Params) -> Files {
     let folder = tempfile::tempdir().unwrap();
     let path: PathBuf = folder.path().join("scene.glb");
-    let stats = generator.write_glb(params, &path).unwrap();
-    let bytes = std::fs::read(&path).unwrap();
+    let written = generator.write(params, &path).unwrap();
+    let paths: Vec<_> = written
+        .paths
+        .iter()
+        .map(|path| {
+            let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+            (name, std::fs::read_to_string(path).unwrap())
+        })
+        .collect();
     assert_eq!(
         std::fs::read_dir(&folder).unwrap().count(),
-        1,
+        1 + paths.len(),
         "no temporary file is left"
     );
-    Written { stats, bytes }
+    Files {
+        stats: written.stats,
+        bytes: std::fs::read(&path).unwrap(),
+        paths,
+    }
+}
+
+/// Objects, triangles and vertices of the papers' scenes.
+fn counts(generator: &dyn Generator) -> [f64; 3] {
+    match generator.name() {
+        "fantasy" => [7_437.0, 17_879_189.0, 12_292_158.0],
+        "factory" => [46_600.0, 5_718_850.0, 10_535_850.0],
+        "radial-city" => [73_812.0, 1_272_764.0, 2_384_053.0],
+        "satellites" => [120_000.0, 807_172_000.0, 669_111_000.0],
+        name => panic!("what does {name} stand in for?"),
+    }
 }
 
 fn assert_within(share: f64, value: f64, target: f64, what: &str) {
@@ -36,54 +61,140 @@ fn radial_city() -> &'static dyn Generator {
     generate::by_name("radial-city").unwrap()
 }
 
+/// The committed paths are those of the full scenes, to the last digit, on every platform.
 #[test]
-fn radial_city_has_the_counts_of_the_paper() {
-    for seed in [1, 2] {
-        let stats = write(
-            radial_city(),
-            &Params {
-                seed,
-                ..Params::default()
-            },
-        )
-        .stats;
-        assert_eq!(stats.objects, 73_812);
-        assert_within(0.02, stats.triangles as f64, 1_272_764.0, "triangles");
-        assert_within(0.02, stats.vertices as f64, 2_384_053.0, "vertices");
+fn full_scenes_have_the_counts_of_the_papers_and_the_committed_paths() {
+    let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/paths");
+    for generator in GENERATORS {
+        let name = generator.name();
+        let files = write(*generator, &Params::default());
+        check_counts(&files.stats, *generator);
+        if name == "factory" {
+            // As large as a real site: every object has a mesh of its own.
+            assert_within(0.01, files.bytes.len() as f64, 217e6, "bytes of factory");
+        }
+        for (file, text) in files.paths {
+            let file = committed.join(file.replace("scene", name));
+            let expected = std::fs::read_to_string(&file)
+                .unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+            assert!(text == expected, "{} has changed", file.display());
+        }
     }
 }
 
 #[test]
+fn another_seed_has_the_same_counts() {
+    for generator in GENERATORS {
+        let params = Params {
+            seed: 2,
+            ..Params::default()
+        };
+        let model = generator.model(&params);
+        let sum = |count: fn(&Shape) -> usize| {
+            let counts = model
+                .parts()
+                .map(|part| count(&model.meshes[part.mesh].shape));
+            counts.sum()
+        };
+        let stats = GlbStats {
+            objects: model.parts().count(),
+            triangles: sum(Shape::triangle_count),
+            vertices: sum(Shape::vertex_count),
+            bytes: 0,
+        };
+        check_counts(&stats, *generator);
+    }
+}
+
+fn check_counts(stats: &GlbStats, generator: &dyn Generator) {
+    let [objects, triangles, vertices] = counts(generator);
+    let of = |what: &str| format!("{what} of {}", generator.name());
+    assert_eq!(stats.objects as f64, objects, "{}", of("objects"));
+    assert_within(0.02, stats.triangles as f64, triangles, &of("triangles"));
+    assert_within(0.02, stats.vertices as f64, vertices, &of("vertices"));
+}
+
+#[test]
 fn scale_is_the_share_of_objects_and_detail_that_of_triangles() {
-    for (scale, detail) in [(0.05, 1.0), (0.3, 0.6), (0.1, 2.0), (0.1, 8.0), (2.0, 1.0)] {
-        let stats = write(
-            radial_city(),
-            &Params {
+    for generator in GENERATORS {
+        let [full, triangles, _] = counts(*generator);
+        for (scale, detail) in [(0.05, 1.0), (0.3, 0.6), (0.1, 2.0), (0.1, 8.0), (1.5, 1.0)] {
+            let model = generator.model(&Params {
                 scale,
                 detail,
                 seed: 7,
-            },
-        )
-        .stats;
-        let objects = (73_812.0 * scale).round();
-        assert_eq!(stats.objects as f64, objects, "scale {scale}");
-        let per_object = 1_272_764.0 / 73_812.0 * detail;
-        let what = format!("triangles at scale {scale}, detail {detail}");
-        assert_within(0.02, stats.triangles as f64, per_object * objects, &what);
+            });
+            let name = generator.name();
+            let objects = (full * scale).round();
+            assert_eq!(
+                model.parts().count() as f64,
+                objects,
+                "{name} scale {scale}"
+            );
+            let shapes = model.parts().map(|part| &model.meshes[part.mesh].shape);
+            let count: usize = shapes.map(Shape::triangle_count).sum();
+            let what = format!("triangles of {name} at scale {scale}, detail {detail}");
+            assert_within(
+                0.02,
+                count as f64,
+                triangles / full * detail * objects,
+                &what,
+            );
+        }
     }
 }
 
 #[test]
 fn the_smallest_scenes_have_their_objects() {
-    for objects in 1..=60 {
-        let scale = f64::from(objects) / 73_812.0;
-        let params = Params {
-            scale,
+    for generator in GENERATORS {
+        let [full, ..] = counts(*generator);
+        for objects in 1..=60 {
+            let params = Params {
+                scale: f64::from(objects) / full,
+                detail: 0.1,
+                ..Params::default()
+            };
+            let model = generator.model(&params);
+            assert_eq!(
+                model.parts().count(),
+                objects as usize,
+                "{}",
+                generator.name()
+            );
+            assert!(!model.paths.is_empty());
+        }
+    }
+}
+
+/// The first path of every scene starts outside, above everything, and ends low and within.
+#[test]
+fn every_scene_has_a_path_of_ten_seconds_that_walks_in() {
+    for generator in GENERATORS {
+        let model = generator.model(&Params {
+            scale: 0.1,
+            detail: 0.05,
             ..Params::default()
-        };
-        assert_eq!(
-            radial_city().model(&params).parts().count(),
-            objects as usize
+        });
+        assert_eq!(model.paths[0].name, generate::MAIN_PATH);
+        for ScenePath { name, path } in &model.paths {
+            let name = format!("{} {name}", generator.name());
+            assert_eq!(path.duration_s(), 10.0, "{name}");
+            let text = path.to_json();
+            let again = CameraPath::parse(text.as_bytes(), Path::new("p")).unwrap();
+            assert_eq!(again, *path, "{name}");
+        }
+        let path = &model.paths[0].path;
+        let [start, end] = [0.0, 10.0].map(|t| path.pose_at(t).position);
+        assert!(
+            start.y > 5.0 * end.y.abs(),
+            "{}: {start} {end}",
+            generator.name()
+        );
+        let level = |p: glam::DVec3| p.x.hypot(p.z);
+        assert!(
+            level(start) > level(end),
+            "{}: {start} {end}",
+            generator.name()
         );
     }
 }
@@ -102,6 +213,7 @@ fn equal_parameters_give_equal_bytes_and_other_seeds_others() {
             "{}",
             generator.name()
         );
+        assert_eq!(first.paths[0].0, "scene.path.json");
         let other = write(*generator, &Params { seed: 4, ..params });
         assert!(first.bytes != other.bytes, "{}", generator.name());
     }
@@ -111,7 +223,7 @@ fn equal_parameters_give_equal_bytes_and_other_seeds_others() {
 fn a_gltf_reader_sees_what_was_counted() {
     for generator in GENERATORS {
         for (scale, detail) in [(0.02, 1.0), (0.01, 0.25), (0.01, 16.0)] {
-            let Written { stats, bytes } = write(
+            let Files { stats, bytes, .. } = write(
                 *generator,
                 &Params {
                     scale,
@@ -157,7 +269,7 @@ fn a_gltf_reader_sees_what_was_counted() {
 #[test]
 fn geometry_is_finite_and_no_triangle_is_empty() {
     for generator in GENERATORS {
-        for detail in [0.25, 1.0, 16.0] {
+        for detail in [0.25, 1.0, 4.0] {
             let model = generator.model(&Params {
                 scale: 0.1,
                 detail,
@@ -263,7 +375,7 @@ fn parameters_out_of_range_are_refused_by_name() {
             ),
         ];
         for (name, params) in cases {
-            let error = radial_city().write_glb(&params, &path).unwrap_err();
+            let error = radial_city().write(&params, &path).unwrap_err();
             assert!(matches!(error, GenerateError::OutOfRange { .. }), "{error}");
             assert!(error.to_string().starts_with(name), "{error}");
         }
@@ -278,7 +390,7 @@ fn a_folder_that_is_not_there_is_named() {
         scale: 0.001,
         ..Params::default()
     };
-    let error = radial_city().write_glb(&params, &path).unwrap_err();
+    let error = radial_city().write(&params, &path).unwrap_err();
     assert!(error.to_string().contains("no such folder"), "{error}");
 }
 

@@ -1,11 +1,12 @@
 //! `hroc-bake generate`.
 
 use super::{Failure, say};
-use crate::generate::{self, GenerateError, Generator, Params};
+use crate::generate::{self, GenerateError, Generator, Params, Written};
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use std::path::PathBuf;
 
-/// Writes a generated scene as .glb, to be baked like any other.
+/// Writes a generated scene as .glb, to be baked like any other, and camera paths through it as
+/// OUT.path.json, OUT.NAME.path.json.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Which scene.
@@ -51,17 +52,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         detail: *detail,
         seed: *seed,
     };
-    let stats = generator
-        .write_glb(&params, output)
-        .map_err(|error| match error {
-            GenerateError::OutOfRange { .. } => Failure::usage(format_args!("--{error}")),
-            GenerateError::TooLarge { .. } => {
-                Failure::file(format_args!("{}: {error}", output.display()))
-            }
-            GenerateError::Write { .. } => {
-                Failure::file(format_args!("{error}; choose another folder"))
-            }
-        })?;
+    let Written { stats, paths } =
+        generator
+            .write(&params, output)
+            .map_err(|error| match error {
+                GenerateError::OutOfRange { .. } => Failure::usage(format_args!("--{error}")),
+                GenerateError::TooLarge { .. } => {
+                    Failure::file(format_args!("{}: {error}", output.display()))
+                }
+                GenerateError::Write { .. } => {
+                    Failure::file(format_args!("{error}; choose another folder"))
+                }
+            })?;
     say(format_args!(
         "{}: {} objects, {} triangles, {} vertices, {} bytes",
         output.display(),
@@ -70,5 +72,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         stats.vertices,
         stats.bytes
     ));
+    for path in paths {
+        say(format_args!("{}: a camera path", path.display()));
+    }
     Ok(())
 }

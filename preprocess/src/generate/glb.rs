@@ -66,18 +66,19 @@ impl Node {
 
 /// Writes the model to `path`, through a temporary file beside it.
 pub fn write(model: &Model, path: &Path) -> Result<GlbStats, GenerateError> {
-    let (buffer, buffer_views, accessors, meshes) = geometry(model);
+    let layout = Layout::of(model);
     let document = json!({
         "asset": { "version": "2.0", "generator": concat!("hroc-preprocess ", env!("CARGO_PKG_VERSION")) },
         "scene": 0,
         "scenes": [{ "name": model.name, "nodes": roots(model) }],
         "materials": model.materials.iter().map(material).collect::<Vec<_>>(),
-        "meshes": meshes,
-        "accessors": accessors,
-        "bufferViews": buffer_views,
-        "buffers": [{ "byteLength": buffer.len() }],
+        "meshes": layout.meshes,
+        "accessors": layout.accessors,
+        "bufferViews": layout.buffer_views,
+        "buffers": [{ "byteLength": layout.bytes }],
     });
     let mut json = document.to_string();
+    drop(document);
     // The nodes are most of the text: written as they are, without a tree of values in between.
     json.pop();
     json.push_str(",\"nodes\":");
@@ -87,15 +88,23 @@ pub fn write(model: &Model, path: &Path) -> Result<GlbStats, GenerateError> {
         json.push(' ');
     }
 
-    let bytes = FRAMING_BYTES + json.len() as u64 + buffer.len() as u64;
+    let bytes = FRAMING_BYTES + json.len() as u64 + layout.bytes;
     if u32::try_from(bytes).is_err() {
         return Err(GenerateError::TooLarge { bytes });
     }
-    let failed = |source| GenerateError::Write {
-        path: path.to_owned(),
-        source,
-    };
-    write_file(json.as_bytes(), &buffer, bytes as u32, path).map_err(failed)?;
+    super::write_whole(path, |file| {
+        let mut put = |bytes: &[u8]| file.write_all(bytes);
+        let word = |n: u64| (n as u32).to_le_bytes();
+        put(b"glTF")?;
+        put(&2_u32.to_le_bytes())?;
+        put(&word(bytes))?;
+        put(&word(json.len() as u64))?;
+        put(b"JSON")?;
+        put(json.as_bytes())?;
+        put(&word(layout.bytes))?;
+        put(b"BIN\0")?;
+        write_geometry(model, file)
+    })?;
     let sum = |count: fn(&super::Shape) -> usize| {
         model
             .parts()
@@ -108,27 +117,6 @@ pub fn write(model: &Model, path: &Path) -> Result<GlbStats, GenerateError> {
         vertices: sum(super::Shape::vertex_count),
         bytes,
     })
-}
-
-fn write_file(json: &[u8], buffer: &[u8], bytes: u32, path: &Path) -> io::Result<()> {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let mut file = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
-    let mut put = |bytes: &[u8]| file.write_all(bytes);
-    let word = |n: usize| (n as u32).to_le_bytes();
-    put(b"glTF")?;
-    put(&2_u32.to_le_bytes())?;
-    put(&bytes.to_le_bytes())?;
-    put(&word(json.len()))?;
-    put(b"JSON")?;
-    put(json)?;
-    put(&word(buffer.len()))?;
-    put(b"BIN\0")?;
-    put(buffer)?;
-    file.as_file().sync_all()?;
-    file.persist(path)?;
-    Ok(())
 }
 
 fn material(material: &super::Material) -> Value {
@@ -169,68 +157,98 @@ fn nodes(model: &Model) -> Vec<Node> {
     nodes
 }
 
-/// The buffer (positions, then indices), its views, the accessors and the meshes.
-fn geometry(model: &Model) -> (Vec<u8>, Vec<Value>, Vec<Value>, Vec<Value>) {
-    let mut buffer: Vec<u8> = Vec::new();
-    let (mut accessors, mut meshes) = (Vec::new(), Vec::new());
-    for mesh in &model.meshes {
-        let positions = &mesh.shape.positions;
-        let min = positions
-            .iter()
-            .copied()
-            .fold(Vec3::INFINITY, Vec3::min)
-            .to_array();
-        let max = positions
-            .iter()
-            .copied()
-            .fold(Vec3::NEG_INFINITY, Vec3::max)
-            .to_array();
-        accessors.push(json!({
-            "bufferView": 0, "byteOffset": buffer.len(), "componentType": FLOAT,
-            "count": positions.len(), "type": "VEC3", "min": min, "max": max,
-        }));
-        for position in positions {
-            buffer.extend(position.to_array().iter().flat_map(|x| x.to_le_bytes()));
+/// Whether a mesh has 16-bit indices.
+fn has_short_indices(model: &Model, mesh: &super::Mesh) -> bool {
+    // 65535 itself would restart the primitive.
+    !model.wide_indices && mesh.shape.vertex_count() <= usize::from(u16::MAX)
+}
+
+/// Bytes of a mesh's indices, with what follows them: accessors start at multiples of four bytes.
+fn index_bytes(model: &Model, mesh: &super::Mesh) -> u64 {
+    let each = if has_short_indices(model, mesh) { 2 } else { 4 };
+    (each * mesh.shape.indices.len() as u64).next_multiple_of(4)
+}
+
+/// Where everything lies in the buffer: all positions, then all indices.
+struct Layout {
+    bytes: u64,
+    buffer_views: Vec<Value>,
+    accessors: Vec<Value>,
+    meshes: Vec<Value>,
+}
+
+impl Layout {
+    fn of(model: &Model) -> Self {
+        let (mut accessors, mut meshes) = (Vec::new(), Vec::new());
+        let mut position_bytes = 0;
+        for mesh in &model.meshes {
+            let positions = &mesh.shape.positions;
+            let fold = |start: Vec3, pick: fn(Vec3, Vec3) -> Vec3| {
+                positions.iter().copied().fold(start, pick).to_array()
+            };
+            accessors.push(json!({
+                "bufferView": 0, "byteOffset": position_bytes, "componentType": FLOAT,
+                "count": positions.len(), "type": "VEC3",
+                "min": fold(Vec3::INFINITY, Vec3::min), "max": fold(Vec3::NEG_INFINITY, Vec3::max),
+            }));
+            position_bytes += size_of_val(positions.as_slice()) as u64;
+        }
+        let mut all_index_bytes = 0;
+        for (position, mesh) in model.meshes.iter().enumerate() {
+            let short = has_short_indices(model, mesh);
+            accessors.push(json!({
+                "bufferView": 1, "byteOffset": all_index_bytes,
+                "componentType": if short { UNSIGNED_SHORT } else { UNSIGNED_INT },
+                "count": mesh.shape.indices.len(), "type": "SCALAR",
+            }));
+            all_index_bytes += index_bytes(model, mesh);
+            meshes.push(json!({
+                "name": mesh.name,
+                "primitives": [{
+                    "attributes": { "POSITION": position },
+                    "indices": model.meshes.len() + position,
+                    "material": mesh.material,
+                }],
+            }));
+        }
+        let buffer_views = vec![
+            json!({
+                "buffer": 0, "byteOffset": 0, "byteLength": position_bytes,
+                "byteStride": 12, "target": ARRAY_BUFFER,
+            }),
+            json!({
+                "buffer": 0, "byteOffset": position_bytes,
+                "byteLength": all_index_bytes, "target": ELEMENT_ARRAY_BUFFER,
+            }),
+        ];
+        Self {
+            bytes: position_bytes + all_index_bytes,
+            buffer_views,
+            accessors,
+            meshes,
         }
     }
-    let position_bytes = buffer.len();
+}
+
+/// Writes the buffer.
+fn write_geometry(model: &Model, file: &mut dyn Write) -> io::Result<()> {
     for mesh in &model.meshes {
-        let indices = &mesh.shape.indices;
-        // 65535 itself would restart the primitive.
-        let short = mesh.shape.vertex_count() <= usize::from(u16::MAX);
-        accessors.push(json!({
-            "bufferView": 1, "byteOffset": buffer.len() - position_bytes,
-            "componentType": if short { UNSIGNED_SHORT } else { UNSIGNED_INT },
-            "count": indices.len(), "type": "SCALAR",
-        }));
-        for &index in indices {
-            if short {
-                buffer.extend((index as u16).to_le_bytes());
-            } else {
-                buffer.extend(index.to_le_bytes());
-            }
-        }
-        // Accessors start at multiples of four bytes.
-        buffer.resize(buffer.len().next_multiple_of(4), 0);
-        let position = meshes.len();
-        meshes.push(json!({
-            "name": mesh.name,
-            "primitives": [{
-                "attributes": { "POSITION": position },
-                "indices": model.meshes.len() + position,
-                "material": mesh.material,
-            }],
-        }));
+        let positions = mesh.shape.positions.iter();
+        let bytes: Vec<u8> = positions
+            .flat_map(|p| p.to_array().map(f32::to_le_bytes))
+            .flatten()
+            .collect();
+        file.write_all(&bytes)?;
     }
-    let buffer_views = vec![
-        json!({
-            "buffer": 0, "byteOffset": 0, "byteLength": position_bytes,
-            "byteStride": 12, "target": ARRAY_BUFFER,
-        }),
-        json!({
-            "buffer": 0, "byteOffset": position_bytes,
-            "byteLength": buffer.len() - position_bytes, "target": ELEMENT_ARRAY_BUFFER,
-        }),
-    ];
-    (buffer, buffer_views, accessors, meshes)
+    for mesh in &model.meshes {
+        let indices = mesh.shape.indices.iter();
+        let mut bytes: Vec<u8> = if has_short_indices(model, mesh) {
+            indices.flat_map(|&i| (i as u16).to_le_bytes()).collect()
+        } else {
+            indices.flat_map(|i| i.to_le_bytes()).collect()
+        };
+        bytes.resize(index_bytes(model, mesh) as usize, 0);
+        file.write_all(&bytes)?;
+    }
+    Ok(())
 }

@@ -3,23 +3,35 @@
 //!
 //! A new generator is one file here and one line in [`GENERATORS`].
 
+mod factory;
+mod fantasy;
 mod glb;
 mod model;
+mod noise;
+mod patch;
 mod radial_city;
 mod rng;
+mod route;
+mod satellites;
 mod shape;
+mod sketch;
+mod trig;
 
+use std::io::{self, BufWriter, Write};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+pub use factory::Factory;
+pub use fantasy::Fantasy;
 pub use glb::GlbStats;
-pub use model::{Group, Material, Mesh, Model, Part};
+pub use model::{Group, MAIN_PATH, Material, Mesh, Model, Part, ScenePath};
 pub use radial_city::RadialCity;
 pub use rng::Rng;
+pub use satellites::Satellites;
 pub use shape::Shape;
 
-/// Every generator.
-pub const GENERATORS: &[&dyn Generator] = &[&RadialCity];
+/// Every generator, by the number of its objects.
+pub const GENERATORS: &[&dyn Generator] = &[&Fantasy, &Factory, &RadialCity, &Satellites];
 
 /// The generator of that name.
 pub fn by_name(name: &str) -> Option<&'static dyn Generator> {
@@ -95,7 +107,7 @@ pub enum GenerateError {
         /// Where it should have been.
         path: PathBuf,
         /// What the system says.
-        source: std::io::Error,
+        source: io::Error,
     },
 }
 
@@ -110,12 +122,63 @@ pub trait Generator: Sync {
     /// The scene. `params` lie in their ranges.
     fn model(&self, params: &Params) -> Model;
 
-    /// Generates the scene into a .glb. The file appears whole or not at all.
+    /// Generates the scene into a .glb, and its camera paths beside it: see [`path_file`]. Each file
+    /// appears whole or not at all.
     ///
     /// # Errors
     /// When a parameter is out of range, the scene too large for the format, or writing fails.
-    fn write_glb(&self, params: &Params, path: &Path) -> Result<GlbStats, GenerateError> {
+    fn write(&self, params: &Params, glb: &Path) -> Result<Written, GenerateError> {
         params.check()?;
-        glb::write(&self.model(params), path)
+        let model = self.model(params);
+        let stats = glb::write(&model, glb)?;
+        let mut paths = Vec::new();
+        for ScenePath { name, path } in &model.paths {
+            let file = path_file(glb, name);
+            write_whole(&file, |out| out.write_all(path.to_json().as_bytes()))?;
+            paths.push(file);
+        }
+        Ok(Written { stats, paths })
     }
+}
+
+/// What was written.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// Of the scene.
+    pub stats: GlbStats,
+    /// The camera paths, the main one first.
+    pub paths: Vec<PathBuf>,
+}
+
+/// Where the camera path `name` of a scene lies: `town.path.json` beside `town.glb` for the
+/// [main one](MAIN_PATH), `town.NAME.path.json` for others.
+pub fn path_file(glb: &Path, name: &str) -> PathBuf {
+    if name == MAIN_PATH {
+        glb.with_extension("path.json")
+    } else {
+        glb.with_extension(format!("{name}.path.json"))
+    }
+}
+
+/// Writes a file through a temporary one beside it.
+fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), GenerateError> {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let whole = || {
+        let file = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
+        let mut out = BufWriter::new(file);
+        write(&mut out)?;
+        let file = out.into_inner().map_err(|error| error.into_error())?;
+        file.as_file().sync_all()?;
+        file.persist(path)?;
+        Ok(())
+    };
+    whole().map_err(|source| GenerateError::Write {
+        path: path.to_owned(),
+        source,
+    })
 }

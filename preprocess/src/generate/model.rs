@@ -3,6 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::Shape;
+use crate::camera_path::CameraPath;
 
 /// A flat colour.
 #[derive(Clone, Debug)]
@@ -61,6 +62,22 @@ pub struct Model {
     pub meshes: Vec<Mesh>,
     /// The groups, in source order.
     pub groups: Vec<Group>,
+    /// Write every index in 32 bits, as exporters do that do not look for a shorter type.
+    pub wide_indices: bool,
+    /// Ways through the scene; the first is named [`MAIN_PATH`].
+    pub paths: Vec<ScenePath>,
+}
+
+/// Name of the path that every generated scene has.
+pub const MAIN_PATH: &str = "walk";
+
+/// A way through a generated scene.
+#[derive(Clone, Debug)]
+pub struct ScenePath {
+    /// Lower case, words joined by hyphens.
+    pub name: &'static str,
+    /// The way.
+    pub path: CameraPath,
 }
 
 impl Model {

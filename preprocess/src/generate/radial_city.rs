@@ -4,12 +4,14 @@
 
 mod buildings;
 mod kit;
+mod paths;
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{Quat, Vec3, vec3};
 
-use super::{Generator, Group, Model, Params, Part, Rng, Shape};
+use super::trig::{sin_cos_f32, turn_y_f32};
+use super::{Generator, Group, MAIN_PATH, Model, Params, Part, Rng, ScenePath, Shape};
 use buildings::{House, Tower};
 use kit::Kit;
 
@@ -108,12 +110,12 @@ impl City {
         if self.is_full() {
             return;
         }
-        let (sin, cos) = direction.sin_cos();
+        let (sin, cos) = sin_cos_f32(direction);
         self.radius = self.radius.max(distance + BLOCK_DEPTH);
         self.model.groups.push(Group {
             name: format!("{name} {}", self.model.groups.len()),
             translation: vec3(distance * cos, 0.0, distance * sin),
-            rotation: Quat::from_rotation_y(FRAC_PI_2 - direction + turn),
+            rotation: turn_y_f32(FRAC_PI_2 - direction + turn),
             parts: Vec::new(),
         });
     }
@@ -136,7 +138,7 @@ impl City {
         let rotation = if turn == 0.0 {
             Quat::IDENTITY
         } else {
-            Quat::from_rotation_y(turn)
+            turn_y_f32(turn)
         };
         let group = self
             .model
@@ -205,7 +207,9 @@ impl City {
     fn ring(&mut self, ring: usize, rng: &mut Rng) {
         let inner = PLAZA_RADIUS + ring as f32 * (BLOCK_DEPTH + STREET_WIDTH);
         let outer = inner + BLOCK_DEPTH;
-        let doublings = (TAU * outer / (6.0 * BLOCK_LENGTH)).log2().floor().max(0.0);
+        let doublings = libm::log2f(TAU * outer / (6.0 * BLOCK_LENGTH))
+            .floor()
+            .max(0.0);
         let blocks = 6 << doublings as u32;
         let half_angle = PI / blocks as f32 - 0.5 * AVENUE_WIDTH / inner;
         let segments = (half_angle * inner / 6.0).ceil() as usize;
@@ -253,7 +257,7 @@ impl City {
             let half = half_angle - SIDEWALK / front;
             let houses = (2.0 * half * front / HOUSE_WIDTH).floor().max(1.0);
             let step = 2.0 * half / houses;
-            let width = 2.0 * front * (0.5 * step).tan();
+            let width = 2.0 * front * libm::tanf(0.5 * step);
             for house in 0..houses as usize {
                 let direction = direction - half + step * (house as f32 + 0.5);
                 if ring < TOWER_RINGS && turn != 0.0 && rng.chance(0.3) {
@@ -298,6 +302,17 @@ impl City {
         self.group("ground", 0.0, 0.0, 0.0);
         self.part(self.kit.ground, Vec3::NEG_Y, vec3(diameter, 1.0, diameter));
         self.model.groups.retain(|group| !group.parts.is_empty());
+        let radius = f64::from(self.radius);
+        self.model.paths = vec![
+            ScenePath {
+                name: MAIN_PATH,
+                path: paths::walk(radius),
+            },
+            ScenePath {
+                name: "fast",
+                path: paths::fast(radius),
+            },
+        ];
         self.model
     }
 }

@@ -4,7 +4,9 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Affine3A, Vec3, vec3};
+use glam::{DAffine3, DVec3, Vec3, vec3};
+
+use super::trig::sin_cos_f32;
 
 /// Triangles.
 #[derive(Clone, Debug, Default)]
@@ -36,13 +38,13 @@ impl Shape {
     }
 
     /// Adds another shape, transformed.
-    pub fn with(mut self, other: &Self, transform: Affine3A) -> Self {
+    pub fn with(mut self, other: &Self, transform: DAffine3) -> Self {
         let first = self.positions.len() as u32;
         self.positions.extend(
             other
                 .positions
                 .iter()
-                .map(|&p| transform.transform_point3(p)),
+                .map(|&p| transform.transform_point3(DVec3::from(p)).as_vec3()),
         );
         self.indices.extend(other.indices.iter().map(|i| first + i));
         self
@@ -163,8 +165,8 @@ impl Shape {
     /// sides of +x, standing on y = 0, without its underside.
     pub fn ring_sector(inner: f32, outer: f32, angle: f32, height: f32, segments: usize) -> Self {
         let corner = |radius: f32, i: usize, y: f32| {
-            let turn = angle * (2.0 * i as f32 / segments as f32 - 1.0);
-            vec3(radius * turn.cos(), y, radius * turn.sin())
+            let (sin, cos) = sin_cos_f32(angle * (2.0 * i as f32 / segments as f32 - 1.0));
+            vec3(radius * cos, y, radius * sin)
         };
         let mut shape = Self::default();
         for i in 0..segments {
@@ -201,8 +203,8 @@ fn rectangle(x: f32, z: f32) -> Vec<(f32, f32)> {
 /// Corners (x, z) of a regular polygon in the unit circle's diameter, against the clock from above.
 fn regular_polygon(sides: usize) -> Vec<(f32, f32)> {
     let corner = |i: usize| {
-        let angle = TAU * i as f32 / sides as f32;
-        (0.5 * angle.cos(), -0.5 * angle.sin())
+        let (sin, cos) = sin_cos_f32(TAU * i as f32 / sides as f32);
+        (0.5 * cos, -0.5 * sin)
     };
     (0..sides).map(corner).collect()
 }
@@ -223,8 +225,8 @@ fn arched_outline(arc: usize) -> Vec<(f32, f32)> {
     }
     let mut outline = vec![(-0.5, 0.0), (0.5, 0.0)];
     outline.extend((0..=arc).map(|i| {
-        let angle = 0.5 * TAU * i as f32 / arc as f32;
-        (0.5 * angle.cos(), 0.8 + 0.2 * angle.sin())
+        let (sin, cos) = sin_cos_f32(0.5 * TAU * i as f32 / arc as f32);
+        (0.5 * cos, 0.8 + 0.2 * sin)
     }));
     outline
 }

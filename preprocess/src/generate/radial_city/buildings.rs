@@ -7,6 +7,7 @@ use glam::{Vec3, vec3};
 
 use super::City;
 use crate::generate::Rng;
+use crate::generate::trig::sin_cos_f32;
 
 const FLOOR_HEIGHT: f32 = 3.3;
 const WINDOW_SPACING: f32 = 2.4;
@@ -145,7 +146,7 @@ impl City {
         for floor in 0..floors {
             let y = floor as f32 * FLOOR_HEIGHT;
             for (turn, side, across) in sides {
-                let (sin, cos) = turn.sin_cos();
+                let (sin, cos) = sin_cos_f32(turn);
                 let outward = vec3(sin, 0.0, cos) * (0.5 * across + 0.02);
                 let size = vec3(0.85 * side, 2.0, 0.25);
                 self.turned_part(window, outward + Vec3::Y * (y + 0.8), turn, size);

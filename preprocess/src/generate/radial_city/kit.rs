@@ -1,7 +1,8 @@
 //! The meshes the city is put together from.
 
-use glam::{Affine3A, Quat, Vec3, vec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3, vec3};
 
+use crate::generate::trig::turn;
 use crate::generate::{Material, Model, Shape};
 
 /// Segments of the arches of window frames, from coarse to fine: seven triangles for each.
@@ -89,15 +90,14 @@ impl Kit {
     }
 }
 
-fn place(scale: Vec3, translation: Vec3) -> Affine3A {
-    Affine3A::from_scale_rotation_translation(scale, Quat::IDENTITY, translation)
+fn place(scale: Vec3, translation: Vec3) -> DAffine3 {
+    DAffine3::from_scale_rotation_translation(scale.into(), DQuat::IDENTITY, translation.into())
 }
 
 /// A box on a wall: the cuboid's open underside becomes its back.
 fn shutter() -> Shape {
-    let to_wall = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
-    let transform =
-        Affine3A::from_scale_rotation_translation(Vec3::ONE, to_wall, vec3(0.0, 0.5, 0.0));
+    let to_wall = turn(DVec3::X, std::f64::consts::FRAC_PI_2);
+    let transform = DAffine3::from_rotation_translation(to_wall, DVec3::Y * 0.5);
     Shape::default().with(&Shape::cuboid(), transform)
 }
 
