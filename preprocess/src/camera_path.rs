@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
+use crate::whole_file;
+
 /// The one version of the file that this program reads.
 pub const VERSION: u32 = 1;
 /// No path needs more; keeps a wrong file name from filling the memory.
@@ -188,6 +190,14 @@ impl CameraPath {
         let mut json = serde_json::to_string_pretty(self).expect("numbers and lists become JSON");
         json.push('\n');
         json
+    }
+
+    /// Writes the path's file, whole or not at all.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn save(&self, path: &Path) -> std::io::Result<()> {
+        whole_file::write(path, |out| out.write_all(self.to_json().as_bytes()))
     }
 
     /// Seconds from the first key to the last.

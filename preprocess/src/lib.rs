@@ -14,4 +14,5 @@ pub mod optimize;
 pub mod progress;
 pub mod scene;
 pub mod split;
+mod whole_file;
 pub mod world_bounds;

@@ -9,6 +9,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{GenerateError, Model};
+use crate::whole_file;
 
 /// What was written. Triangles and vertices are counted once per object that shows them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -92,7 +93,7 @@ pub fn write(model: &Model, path: &Path) -> Result<GlbStats, GenerateError> {
     if u32::try_from(bytes).is_err() {
         return Err(GenerateError::TooLarge { bytes });
     }
-    super::write_whole(path, |file| {
+    whole_file::write(path, |file| {
         let mut put = |bytes: &[u8]| file.write_all(bytes);
         let word = |n: u64| (n as u32).to_le_bytes();
         put(b"glTF")?;
@@ -104,7 +105,8 @@ pub fn write(model: &Model, path: &Path) -> Result<GlbStats, GenerateError> {
         put(&word(layout.bytes))?;
         put(b"BIN\0")?;
         write_geometry(model, file)
-    })?;
+    })
+    .map_err(super::write_error(path))?;
     let sum = |count: fn(&super::Shape) -> usize| {
         model
             .parts()

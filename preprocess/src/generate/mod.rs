@@ -17,7 +17,7 @@ mod shape;
 mod sketch;
 mod trig;
 
-use std::io::{self, BufWriter, Write};
+use std::io;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -134,7 +134,7 @@ pub trait Generator: Sync {
         let mut paths = Vec::new();
         for ScenePath { name, path } in &model.paths {
             let file = path_file(glb, name);
-            write_whole(&file, |out| out.write_all(path.to_json().as_bytes()))?;
+            path.save(&file).map_err(write_error(&file))?;
             paths.push(file);
         }
         Ok(Written { stats, paths })
@@ -160,25 +160,8 @@ pub fn path_file(glb: &Path, name: &str) -> PathBuf {
     }
 }
 
-/// Writes a file through a temporary one beside it.
-fn write_whole(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), GenerateError> {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let whole = || {
-        let file = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
-        let mut out = BufWriter::new(file);
-        write(&mut out)?;
-        let file = out.into_inner().map_err(|error| error.into_error())?;
-        file.as_file().sync_all()?;
-        file.persist(path)?;
-        Ok(())
-    };
-    whole().map_err(|source| GenerateError::Write {
-        path: path.to_owned(),
-        source,
-    })
+/// From an error of writing a file.
+fn write_error(path: &Path) -> impl FnOnce(io::Error) -> GenerateError {
+    let path = path.to_owned();
+    |source| GenerateError::Write { path, source }
 }

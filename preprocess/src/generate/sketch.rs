@@ -219,9 +219,9 @@ impl Sketch {
                 counts[i] * (self.kinds[i].shape)(grain, 0).triangle_count() as f64
             };
             // The last one has to make up for what is left.
-            let tries = if rank + 1 == order.len() { 12 } else { 0 };
+            let tries = if rank + 1 == order.len() { 6 } else { 0 };
             let best = (-tries..=tries)
-                .map(|step| wanted * (1.0 + 0.02 * f64::from(step)))
+                .map(|step| wanted * (1.0 + 0.03 * f64::from(step)))
                 .map(|wanted| (wanted, total(wanted)))
                 .min_by(|a, b| (a.1 - triangles).abs().total_cmp(&(b.1 - triangles).abs()))
                 .expect("there is a step of zero");
@@ -239,7 +239,9 @@ impl Sketch {
                 let grain = Grain { chart, ..grains[i] };
                 counts[i] * (self.kinds[i].shape)(grain, 0).vertex_count() as f64
             };
-            let (chart, count) = CHARTS
+            // Larger charts have fewer vertices: the best lies on one side or the other of this.
+            let after = CHARTS.partition_point(|&chart| with(chart) > wanted);
+            let (chart, count) = CHARTS[after.saturating_sub(1)..(after + 1).min(CHARTS.len())]
                 .iter()
                 .map(|&chart| (chart, with(chart)))
                 .min_by(|a, b| (a.1 - wanted).abs().total_cmp(&(b.1 - wanted).abs()))
