@@ -14,5 +14,6 @@ pub mod optimize;
 pub mod progress;
 pub mod scene;
 pub mod split;
+pub mod tree;
 mod whole_file;
 pub mod world_bounds;

@@ -1,15 +1,17 @@
-//! Every split rule in the registry over boxes of every kind: the tree is well formed, its depth is
+//! Every builder in the registry over boxes of every kind: the tree is well formed, its depth is
 //! bounded, it does not depend on the number of threads, and obvhs agrees that it is a tree.
 
 mod boxes;
 
 use hroc_format::{Bounds, Bvh, NO_OBJECT};
 use hroc_preprocess::bvh::{self, BuildError};
-use hroc_preprocess::split::{self, SplitRule};
+use hroc_preprocess::split;
+use hroc_preprocess::tree::{self, TreeBuilder};
 use proptest::prelude::*;
 
-fn build(boxes: &[Bounds], rule: &dyn SplitRule) -> Bvh {
-    bvh::build(boxes, rule).unwrap_or_else(|error| panic!("{}: {error}", rule.name()))
+fn build(boxes: &[Bounds], builder: &dyn TreeBuilder) -> Bvh {
+    let tree = builder.build(boxes);
+    tree.unwrap_or_else(|error| panic!("{}: {error}", builder.name()))
 }
 
 fn union(a: Bounds, b: Bounds) -> Bounds {
@@ -104,10 +106,10 @@ fn check(tree: &Bvh, boxes: &[Bounds], case: &str) {
 #[test]
 fn trees_are_well_formed_over_boxes_of_every_kind() {
     for (kind, boxes) in boxes::all_kinds() {
-        for rule in split::RULES {
-            let tree = build(&boxes, *rule);
-            assert_eq!(tree.split, rule.name());
-            check(&tree, &boxes, &format!("{kind}, {}", rule.name()));
+        for builder in tree::BUILDERS {
+            let tree = build(&boxes, *builder);
+            assert_eq!(tree.split, builder.name());
+            check(&tree, &boxes, &format!("{kind}, {}", builder.name()));
         }
     }
 }
@@ -116,18 +118,18 @@ fn trees_are_well_formed_over_boxes_of_every_kind() {
 fn trees_do_not_depend_on_the_number_of_threads() {
     // Large enough that the top of the tree is built in parallel.
     let boxes = boxes::clustered(40_000, 3);
-    for rule in split::RULES {
+    for builder in tree::BUILDERS {
         let trees = [1, 2, 16].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            pool.install(|| build(&boxes, *rule))
+            pool.install(|| build(&boxes, *builder))
         });
         assert!(
             trees[0] == trees[1] && trees[0] == trees[2],
             "{}",
-            rule.name()
+            builder.name()
         );
     }
 }
@@ -141,8 +143,13 @@ fn a_million_identical_boxes_make_a_balanced_tree() {
         };
         1 << 20
     ];
-    for rule in split::RULES {
-        assert_eq!(build(&boxes, *rule).stats.depth, 20, "{}", rule.name());
+    for builder in tree::BUILDERS {
+        assert_eq!(
+            build(&boxes, *builder).stats.depth,
+            20,
+            "{}",
+            builder.name()
+        );
     }
 }
 
@@ -153,8 +160,8 @@ fn stats_of_a_tree_known_by_hand() {
         min: [x, 0.0, 0.0],
         max: [x + 1.0, 1.0, 1.0],
     };
-    for rule in split::RULES {
-        let stats = build(&[cube(0.0), cube(0.75)], *rule).stats;
+    for builder in tree::BUILDERS {
+        let stats = build(&[cube(0.0), cube(0.75)], *builder).stats;
         let root = 2.0 * (1.75 + 1.75 + 1.0);
         assert_eq!(stats.depth, 1);
         assert_eq!(stats.mean_leaf_depth, 1.0);
@@ -181,17 +188,17 @@ fn what_is_no_box_is_refused_by_name() {
         min: [0.0, 2.0, 0.0],
         max: [1.0; 3],
     };
-    for rule in split::RULES {
-        assert_eq!(bvh::build(&[], *rule).unwrap_err(), BuildError::NoObjects);
+    for builder in tree::BUILDERS {
+        assert_eq!(builder.build(&[]).unwrap_err(), BuildError::NoObjects);
         for bad in [nan, infinite] {
-            let error = bvh::build(&[good, good, bad], *rule).unwrap_err();
+            let error = builder.build(&[good, good, bad]).unwrap_err();
             assert!(
                 matches!(error, BuildError::NotFinite { object: 2, .. }),
                 "{error}"
             );
             assert!(error.to_string().contains("object 2"));
         }
-        let error = bvh::build(&[good, inverted, good], *rule).unwrap_err();
+        let error = builder.build(&[good, inverted, good]).unwrap_err();
         assert!(
             matches!(error, BuildError::Inverted { object: 1, .. }),
             "{error}"
@@ -200,20 +207,57 @@ fn what_is_no_box_is_refused_by_name() {
 }
 
 #[test]
-fn rules_have_distinct_names_and_are_found_by_them() {
-    for (i, rule) in split::RULES.iter().enumerate() {
-        assert_eq!(
-            split::by_name(rule.name()).map(SplitRule::name),
-            Some(rule.name())
-        );
-        assert!(!rule.describe().is_empty());
-        assert!(
-            split::RULES[..i]
-                .iter()
-                .all(|other| other.name() != rule.name())
-        );
+fn builders_have_distinct_names_and_are_found_by_them() {
+    for (i, builder) in tree::BUILDERS.iter().enumerate() {
+        let found = tree::by_name(builder.name()).map(TreeBuilder::name);
+        assert_eq!(found, Some(builder.name()));
+        assert!(!builder.describe().is_empty());
+        let mut before = tree::BUILDERS[..i].iter();
+        assert!(before.all(|other| other.name() != builder.name()));
     }
-    assert!(split::by_name("no such rule").is_none());
+    assert!(tree::by_name("no such builder").is_none());
+}
+
+#[test]
+fn every_split_rule_is_a_builder_and_baked_unasked() {
+    let rules: Vec<_> = split::RULES.iter().map(|rule| rule.name()).collect();
+    let baked: Vec<_> = tree::baked_by_default().map(TreeBuilder::name).collect();
+    assert_eq!(baked, rules);
+}
+
+/// Clusters of equal boxes among others: what clustering from the leaves up handles worst.
+#[test]
+fn many_equal_boxes_among_others_make_a_shallow_tree() {
+    let mut boxes = boxes::uniform(20_000, 21);
+    for i in 0..40 {
+        let copied = boxes[i];
+        boxes.extend([copied; 500]);
+    }
+    for builder in tree::BUILDERS {
+        check(&build(&boxes, *builder), &boxes, builder.name());
+    }
+}
+
+#[test]
+fn a_sequence_gives_its_tree_unless_that_is_too_deep() {
+    let boxes = boxes::uniform(4, 22);
+    let sequence = [None, Some(2), None, None, Some(0), Some(3), Some(1)];
+    let tree = bvh::from_depth_first(&boxes, "by hand", &sequence);
+    check(&tree, &boxes, "by hand");
+    assert_eq!(tree.split, "by hand");
+    let objects = tree.nodes.iter().map(|node| node.object);
+    let expected = sequence.map(|object| object.unwrap_or(NO_OBJECT));
+    assert!(objects.eq(expected));
+
+    // A comb: each inner node has a leaf and the rest.
+    let boxes = boxes::uniform(1000, 23);
+    let mut comb: Vec<_> = (0..999).flat_map(|i| [None, Some(i)]).collect();
+    comb.push(Some(999));
+    check(
+        &bvh::from_depth_first(&boxes, "comb", &comb),
+        &boxes,
+        "comb",
+    );
 }
 
 /// The same tree in obvhs's layout: siblings side by side, root first.
@@ -259,11 +303,16 @@ fn obvhs_accepts_the_trees() {
             .iter()
             .map(|b| obvhs::aabb::Aabb::new(b.min.into(), b.max.into()))
             .collect();
-        for rule in split::RULES {
-            let tree = build(&boxes, *rule);
+        for builder in tree::BUILDERS {
+            let tree = build(&boxes, *builder);
             let seen = to_obvhs(&tree).validate(&aabbs, false, true);
-            assert_eq!(seen.leaf_count, boxes.len(), "{kind}, {}", rule.name());
-            assert_eq!(seen.max_depth, tree.stats.depth, "{kind}, {}", rule.name());
+            assert_eq!(seen.leaf_count, boxes.len(), "{kind}, {}", builder.name());
+            assert_eq!(
+                seen.max_depth,
+                tree.stats.depth,
+                "{kind}, {}",
+                builder.name()
+            );
         }
     }
 }
@@ -287,8 +336,8 @@ fn any_box() -> impl Strategy<Value = Bounds> {
 proptest! {
     #[test]
     fn any_finite_boxes_make_a_well_formed_tree(boxes in prop::collection::vec(any_box(), 1..200)) {
-        for rule in split::RULES {
-            check(&build(&boxes, *rule), &boxes, rule.name());
+        for builder in tree::BUILDERS {
+            check(&build(&boxes, *builder), &boxes, builder.name());
         }
     }
 }

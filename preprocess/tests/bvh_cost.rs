@@ -4,7 +4,7 @@
 mod boxes;
 
 use hroc_format::{Bounds, Bvh};
-use hroc_preprocess::{bvh, split};
+use hroc_preprocess::{bvh, split, tree};
 
 fn build(boxes: &[Bounds], rule: &str) -> Bvh {
     bvh::build(boxes, split::by_name(rule).unwrap()).unwrap()
@@ -122,5 +122,21 @@ fn sah_costs_no_more_than_the_other_rules_on_clusters() {
                 rule.name()
             );
         }
+    }
+}
+
+#[test]
+fn reinsertion_pays() {
+    for seed in 0..4 {
+        let boxes = boxes::clustered(5000, seed);
+        let cost = |name: &str| {
+            let tree = tree::by_name(name).unwrap().build(&boxes);
+            tree.unwrap().stats.sah_cost
+        };
+        let (without, with) = (cost("ploc"), cost("ploc-reinsert"));
+        assert!(
+            with < without,
+            "seed {seed}: {with} with, {without} without"
+        );
     }
 }

@@ -13,7 +13,7 @@ use crate::normals;
 use crate::optimize::{self, MeshError};
 use crate::progress::Progress;
 use crate::scene::{SourceCamera, SourceMesh, SourceObject, SourceScene};
-use crate::split::{RULES, SplitRule};
+use crate::tree::{self, TreeBuilder};
 use crate::world_bounds::flush_denormals;
 use glam::DVec3;
 use hroc_format::{Bounds, Camera, Mesh, ObjectSource, Scene, SourceFile};
@@ -21,8 +21,8 @@ use rayon::prelude::*;
 
 /// What to bake.
 pub struct BakeOptions {
-    /// One tree is built per rule, in this order.
-    pub splits: Vec<&'static dyn SplitRule>,
+    /// One tree is built by each, in this order.
+    pub splits: Vec<&'static dyn TreeBuilder>,
     /// Merge vertices and reorder triangles.
     pub optimize: bool,
     /// Keep normals where the source has them.
@@ -34,7 +34,7 @@ pub struct BakeOptions {
 impl Default for BakeOptions {
     fn default() -> Self {
         Self {
-            splits: RULES.to_vec(),
+            splits: tree::baked_by_default().collect(),
             optimize: true,
             normals: true,
             uvs: false,
@@ -45,7 +45,7 @@ impl Default for BakeOptions {
 impl BakeOptions {
     /// The options as stored in the file: only what decides its bytes.
     fn settings(&self) -> String {
-        let splits: Vec<_> = self.splits.iter().map(|rule| rule.name()).collect();
+        let splits: Vec<_> = self.splits.iter().map(|builder| builder.name()).collect();
         let Self {
             optimize,
             normals,
@@ -86,7 +86,7 @@ pub enum BakeError {
     /// No tree could be built.
     #[error("tree {split}: {source}")]
     Tree {
-        /// The rule.
+        /// The builder.
         split: &'static str,
         /// Why.
         source: bvh::BuildError,
@@ -306,18 +306,18 @@ fn object_source(source: &SourceObject) -> ObjectSource {
     }
 }
 
-/// One tree per rule, all at once; none for an empty scene.
+/// One tree per builder, all at once; none for an empty scene.
 fn trees(
     bounds: &[Bounds],
-    splits: &[&'static dyn SplitRule],
+    splits: &[&'static dyn TreeBuilder],
     progress: &dyn Progress,
 ) -> Result<Vec<hroc_format::Bvh>, BakeError> {
     if bounds.is_empty() {
         return Ok(Vec::new());
     }
-    let build = |rule: &&'static dyn SplitRule| {
-        let tree = bvh::build(bounds, *rule).map_err(|source| BakeError::Tree {
-            split: rule.name(),
+    let build = |builder: &&'static dyn TreeBuilder| {
+        let tree = builder.build(bounds).map_err(|source| BakeError::Tree {
+            split: builder.name(),
             source,
         });
         progress.advance(1);

@@ -6,9 +6,11 @@
 //! slices, and the tree does not depend on the number of threads.
 
 mod aabb;
+mod depth_first;
 mod stats;
 
 pub use aabb::{Aabb, ObjectBox};
+pub use depth_first::from_depth_first;
 
 use hroc_format::{Bounds, Bvh, BvhNode, NO_OBJECT};
 
@@ -100,20 +102,33 @@ pub fn build(bounds: &[Bounds], rule: &dyn SplitRule) -> Result<Bvh, BuildError>
         parent: 0,
         depth: 0,
     });
-    let mut leaf_of_object = vec![0; bounds.len()];
+    Ok(finish(bounds.len(), rule.name(), nodes, parents))
+}
+
+/// Adds what follows from the nodes.
+fn finish(objects: usize, name: &str, nodes: Vec<BvhNode>, parents: Vec<u32>) -> Bvh {
+    let mut leaf_of_object = vec![0; objects];
     for (i, node) in nodes.iter().enumerate() {
         if node.object != NO_OBJECT {
             leaf_of_object[node.object as usize] = i as u32;
         }
     }
     let stats = stats::measure(&nodes, &parents);
-    Ok(Bvh {
-        split: rule.name().to_owned(),
+    Bvh {
+        split: name.to_owned(),
         nodes,
         parents,
         leaf_of_object,
         stats,
-    })
+    }
+}
+
+/// Whether a tree can be built over the boxes.
+///
+/// # Errors
+/// As [`build`].
+pub fn check_bounds(bounds: &[Bounds]) -> Result<(), BuildError> {
+    checked_objects(bounds).map(drop)
 }
 
 fn checked_objects(bounds: &[Bounds]) -> Result<Vec<ObjectBox>, BuildError> {

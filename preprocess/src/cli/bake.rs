@@ -3,7 +3,7 @@
 use super::{Failure, progress, say};
 use crate::bake::{self, BakeOptions, BakeReport, Stage};
 use crate::import::{self, ImportOptions};
-use crate::split;
+use crate::tree;
 use clap::builder::PossibleValuesParser;
 use std::fs;
 use std::io::{self, Write};
@@ -23,7 +23,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// The trees to build, comma-separated.
-    #[arg(long, value_name = "RULES", value_delimiter = ',', value_parser = rules(), default_values_t = rule_names())]
+    #[arg(long, value_name = "TREES", value_delimiter = ',', value_parser = builders(), default_values_t = default_names())]
     split: Vec<String>,
     /// Threads to use; all cores by default. The file does not depend on it.
     #[arg(long, value_name = "N")]
@@ -42,17 +42,16 @@ pub(super) struct Arguments {
     uvs: bool,
 }
 
-fn rule_names() -> Vec<String> {
-    split::RULES
-        .iter()
-        .map(|rule| rule.name().to_owned())
+fn default_names() -> Vec<String> {
+    tree::baked_by_default()
+        .map(|builder| builder.name().to_owned())
         .collect()
 }
 
-fn rules() -> PossibleValuesParser {
-    split::RULES
+fn builders() -> PossibleValuesParser {
+    tree::BUILDERS
         .iter()
-        .map(|rule| clap::builder::PossibleValue::new(rule.name()).help(rule.describe()))
+        .map(|builder| clap::builder::PossibleValue::new(builder.name()).help(builder.describe()))
         .into()
 }
 
@@ -167,7 +166,7 @@ fn bake(arguments: &Arguments) -> Result<(), Failure> {
         splits: arguments
             .split
             .iter()
-            .filter_map(|name| split::by_name(name))
+            .filter_map(|name| tree::by_name(name))
             .collect(),
         optimize: !arguments.no_optimize,
         normals: !arguments.no_normals,

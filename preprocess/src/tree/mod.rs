@@ -1,0 +1,73 @@
+//! The tree builders: everything that can make a tree over objects, by name. Each
+//! [`SplitRule`] is one, through the top-down builder of [`crate::bvh`]; others bring their own way.
+//!
+//! A new builder is one file here and one line in [`BUILDERS`]; the command line, the bake and the tests
+//! then know it.
+
+mod ploc;
+mod ploc_reinsert;
+
+pub use ploc::Ploc;
+pub use ploc_reinsert::PlocReinsert;
+
+use crate::bvh::{self, BuildError};
+use crate::split::{EqualCount, Middle, Sah, SplitRule};
+use hroc_format::{Bounds, Bvh};
+
+/// Every builder, the default first.
+pub const BUILDERS: &[&dyn TreeBuilder] = &[&Sah, &Middle, &EqualCount, &Ploc, &PlocReinsert];
+
+/// The builder of that name.
+pub fn by_name(name: &str) -> Option<&'static dyn TreeBuilder> {
+    BUILDERS
+        .iter()
+        .copied()
+        .find(|builder| builder.name() == name)
+}
+
+/// The builders whose trees are baked unless others are asked for.
+pub fn baked_by_default() -> impl Iterator<Item = &'static dyn TreeBuilder> {
+    BUILDERS
+        .iter()
+        .copied()
+        .filter(|builder| builder.is_baked_by_default())
+}
+
+/// Makes trees over objects.
+pub trait TreeBuilder: Sync {
+    /// Its name on the command line and in baked files: lower case, words joined by hyphens.
+    fn name(&self) -> &'static str;
+
+    /// One line for the help text.
+    fn describe(&self) -> &'static str;
+
+    /// Whether a bake makes this tree unasked.
+    fn is_baked_by_default(&self) -> bool {
+        false
+    }
+
+    /// The tree over `bounds`: equal on every machine and for any number of threads, and no deeper than
+    /// [`bvh::max_depth`].
+    ///
+    /// # Errors
+    /// When there are no objects or more than 2^31 - 1, or a box is inverted or not finite.
+    fn build(&self, bounds: &[Bounds]) -> Result<Bvh, BuildError>;
+}
+
+impl<Rule: SplitRule> TreeBuilder for Rule {
+    fn name(&self) -> &'static str {
+        SplitRule::name(self)
+    }
+
+    fn describe(&self) -> &'static str {
+        SplitRule::describe(self)
+    }
+
+    fn is_baked_by_default(&self) -> bool {
+        true
+    }
+
+    fn build(&self, bounds: &[Bounds]) -> Result<Bvh, BuildError> {
+        bvh::build(bounds, self)
+    }
+}
