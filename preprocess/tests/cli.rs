@@ -347,3 +347,61 @@ fn closed_pipe(folder: &Folder) {
     assert_eq!(String::from_utf8(output.stderr).unwrap(), "");
     assert_eq!(output.status.code(), Some(0));
 }
+
+#[test]
+fn a_gltf_camera_becomes_a_path_file() {
+    let folder = Folder::new();
+    let gltf = r#"{ "asset": { "version": "2.0" }, "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "camera": 0, "translation": [1, 2, 3] }],
+        "cameras": [{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.5 } }] }"#;
+    folder.write("film.gltf", gltf);
+    let path = folder.json(&["camera-path", "film.gltf"]);
+    assert_eq!(path["version"], 1);
+    assert_eq!(
+        path["keys"][0]["position"],
+        serde_json::json!([1.0, 2.0, 3.0])
+    );
+
+    let (code, out, err) = folder.run(&["camera-path", "film.gltf", "-o", "film.path.json"]);
+    assert_eq!((code, out.as_str()), (0, ""), "{err}");
+    assert!(err.contains("film.path.json: 1 keys"), "{err}");
+    let written = fs::read(folder.path("film.path.json")).unwrap();
+    let written: serde_json::Value = serde_json::from_slice(&written).unwrap();
+    assert_eq!(written, path);
+
+    for (arguments, expected) in [
+        (&["camera-path", "a.obj"][..], "is no glTF"),
+        (
+            &["camera-path", "film.gltf", "--camera", "x"],
+            "no camera \"x\"",
+        ),
+        (
+            &["camera-path", "film.gltf", "-o", "no/such.json"],
+            "cannot be written",
+        ),
+    ] {
+        let (code, _, err) = folder.run(arguments);
+        assert_eq!(code, 3, "{err}");
+        assert!(
+            err.starts_with("error: ") && err.contains(expected),
+            "{err}"
+        );
+    }
+}
+
+#[test]
+fn a_generated_scene_comes_with_its_paths() {
+    let folder = Folder::new();
+    let arguments = [
+        "generate",
+        "radial-city",
+        "--scale",
+        "0.001",
+        "-o",
+        "city.glb",
+    ];
+    let (code, _, err) = folder.run(&arguments);
+    assert_eq!(code, 0, "{err}");
+    let files = ["a.obj", "city.fast.path.json", "city.glb", "city.path.json"];
+    assert_eq!(folder.files(), files);
+}

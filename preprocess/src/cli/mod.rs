@@ -6,8 +6,8 @@
 //! commands that compare pictures and is never used here.
 
 mod bake;
+mod camera_path;
 mod generate;
-
 mod inspect;
 mod progress;
 mod verify;
@@ -25,6 +25,7 @@ Examples:
   hroc-bake inspect town.hroc --json | jq '.objects[17]'
   hroc-bake verify town.hroc
   hroc-bake generate radial-city --scale 0.1 -o city.glb
+  hroc-bake camera-path film.glb --camera Dolly -o film.path.json
 
 Exit codes: 0 good, 2 wrong command line, 3 a file cannot be read, written or made sense of.";
 
@@ -43,6 +44,7 @@ enum Command {
     Inspect(inspect::Arguments),
     Verify(verify::Arguments),
     Generate(generate::Arguments),
+    CameraPath(camera_path::Arguments),
 }
 
 /// Why a command ended early.
@@ -82,6 +84,7 @@ pub fn main() -> ExitCode {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
+        Command::CameraPath(arguments) => camera_path::run(&arguments),
     };
     let (message, code) = match result {
         Ok(()) | Err(Failure::Closed) => return ExitCode::SUCCESS,

@@ -14,7 +14,9 @@ mod gltf;
 mod obj;
 
 pub use error::{ImportError, ImportErrorKind};
+pub use gltf::CameraChoice;
 
+use crate::camera_path::CameraPath;
 use crate::progress::Progress;
 use crate::scene::{SourceFile, SourceScene};
 use error::Result;
@@ -107,6 +109,23 @@ pub fn import(
         scene.warnings.push("the scene has no triangles".into());
     }
     Ok(scene)
+}
+
+/// The way of a camera of a glTF file: at rest, or as the file's animations move it.
+///
+/// # Errors
+/// If the file is no glTF, has no such camera, or any fault in what moves it.
+pub fn camera_path(path: &Path, choice: CameraChoice<'_>) -> Result<CameraPath, ImportError> {
+    let read = || {
+        let bytes = read(path)?;
+        if !gltf::is_glb(path, &bytes) && !gltf::is_gltf(path, &bytes) {
+            let what = "is no glTF, the one format whose cameras are read";
+            return Err(ImportError::new(ImportErrorKind::UnknownFormat, what)
+                .next("give a .glb or .gltf file"));
+        }
+        gltf::camera_path(path, &bytes, choice)
+    };
+    read().map_err(|error| error.in_file(path))
 }
 
 fn import_file(path: &Path, options: ImportOptions, scene: &mut SourceScene) -> Result<()> {

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 /// A node's own transform. The crate keeps it in f32, which at 1,000 km is good to 6 cm; a second
 /// pass over the JSON reads these four members, and nothing else, as they stand there.
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 pub(super) struct Transform {
     pub(super) matrix: Option<[f64; 16]>,
     pub(super) translation: Option<[f64; 3]>,

@@ -10,7 +10,9 @@
 //! Section numbers are those of the glTF 2.0 specification.
 
 mod accessor;
+mod animation;
 mod buffers;
+mod camera_path;
 mod document;
 mod extensions;
 mod material;
@@ -22,6 +24,7 @@ mod skin;
 use super::error::{ImportError, ImportErrorKind, Result};
 use super::folder::Folder;
 use super::{Import, MAX_OBJECTS};
+use crate::camera_path::CameraPath;
 use crate::scene::{SourceCamera, SourceObject};
 use accessor::Accessors;
 use buffers::Buffers;
@@ -31,6 +34,8 @@ use gltf::Glb;
 use gltf::json::{Camera, Index, Node, Root};
 use primitive::{Primitives, Skipped};
 use std::path::Path;
+
+pub use camera_path::CameraChoice;
 
 /// File name extensions of glTF.
 pub(super) const EXTENSIONS: [&str; 2] = ["glb", "gltf"];
@@ -45,7 +50,11 @@ pub(super) fn is_gltf(_: &Path, bytes: &[u8]) -> bool {
 }
 
 pub(super) fn import_glb(import: &mut Import<'_>) -> Result<()> {
-    let bytes = import.bytes;
+    let glb = open_glb(import.bytes)?;
+    import_document(import, &glb.json, glb.bin.as_deref())
+}
+
+fn open_glb(bytes: &[u8]) -> Result<Glb<'_>> {
     let Some(header) = bytes.first_chunk::<12>() else {
         return Err(ImportError::malformed(format!(
             "the file ends within its header: {} of 12 bytes",
@@ -60,7 +69,7 @@ pub(super) fn import_glb(import: &mut Import<'_>) -> Result<()> {
             "declares {length} bytes, less than its header"
         )));
     }
-    let glb = Glb::from_slice(&bytes[..length.min(bytes.len())]).map_err(|error| {
+    Glb::from_slice(&bytes[..length.min(bytes.len())]).map_err(|error| {
         let what = match error {
             gltf::Error::Binary(gltf::binary::Error::Io(_)) => {
                 "it ends within a chunk's header".into()
@@ -68,12 +77,32 @@ pub(super) fn import_glb(import: &mut Import<'_>) -> Result<()> {
             error => error.to_string(),
         };
         ImportError::malformed(format!("is not binary glTF 2.0: {what}"))
-    })?;
-    import_document(import, &glb.json, glb.bin.as_deref())
+    })
 }
 
 pub(super) fn import_gltf(import: &mut Import<'_>) -> Result<()> {
     import_document(import, without_bom(import.bytes), None)
+}
+
+/// The way of a camera of the file at `path`, which has these `bytes`.
+pub(super) fn camera_path(
+    path: &Path,
+    bytes: &[u8],
+    choice: CameraChoice<'_>,
+) -> Result<CameraPath> {
+    let glb;
+    let (json, bin) = if is_glb(path, bytes) {
+        glb = open_glb(bytes)?;
+        (&*glb.json, glb.bin.as_deref())
+    } else {
+        (without_bom(bytes), None)
+    };
+    let document = Document::parse(json)?;
+    extensions::check_version(&document.root)?;
+    let buffers = Buffers::new(&document.root, bin, Folder::of(path));
+    let accessors = Accessors::new(&document.root, &buffers);
+    let animations = animation::read(json)?;
+    camera_path::camera_path(&document, &animations, &accessors, choice)
 }
 
 /// The standard forbids a byte-order mark; reading past one harms nobody.

@@ -82,7 +82,7 @@ pub(super) fn place(document: &Document) -> Result<Placed> {
 }
 
 /// The node's transform within its parent; `None` for a projective matrix.
-fn local(node: &Transform) -> Option<DAffine3> {
+pub(super) fn local(node: &Transform) -> Option<DAffine3> {
     if let Some(matrix) = &node.matrix {
         let matrix = DMat4::from_cols_array(matrix);
         let affine = matrix.row(3).abs_diff_eq(glam::DVec4::W, 1e-6);
