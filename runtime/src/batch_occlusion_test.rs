@@ -5,6 +5,7 @@ use crate::device::EarlyZ;
 use crate::draw::Targets;
 use crate::gpu::{self, Access};
 use crate::mutant::Mutant;
+use crate::pipelines::Pipelines;
 use crate::scene::Tree;
 
 /// Where the stage reads and writes.
@@ -21,7 +22,7 @@ pub(crate) struct TestBuffers<'a> {
 }
 
 /// Variants of the stage.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct TestOptions {
     pub depth: DepthConvention,
     pub early_z: EarlyZ,
@@ -30,18 +31,16 @@ pub(crate) struct TestOptions {
     pub mutant: Mutant,
 }
 
-/// Pipeline and bindings of one view.
-#[derive(Debug)]
-pub(crate) struct BatchOcclusionTest {
+/// The pipeline of a variant.
+#[derive(Clone)]
+struct TestPipeline {
     pipeline: wgpu::RenderPipeline,
-    group: wgpu::BindGroup,
+    layout: wgpu::BindGroupLayout,
     map_layout: wgpu::BindGroupLayout,
-    flagged_nodes: wgpu::Buffer,
-    early_z: EarlyZ,
 }
 
-impl BatchOcclusionTest {
-    pub fn new(device: &wgpu::Device, options: TestOptions, buffers: &TestBuffers<'_>) -> Self {
+impl TestPipeline {
+    fn new(device: &wgpu::Device, options: TestOptions) -> Self {
         use Access::{Read, ReadWrite, Uniform};
         let (name, entry_point) = match options.early_z {
             EarlyZ::Forced => ("batch_occlusion_test_early", "cast_ray_early"),
@@ -124,6 +123,37 @@ impl BatchOcclusionTest {
             multiview_mask: None,
             cache: None,
         });
+        Self {
+            pipeline,
+            layout,
+            map_layout,
+        }
+    }
+}
+
+/// Pipeline and bindings of one view.
+#[derive(Debug)]
+pub(crate) struct BatchOcclusionTest {
+    pipeline: wgpu::RenderPipeline,
+    group: wgpu::BindGroup,
+    map_layout: wgpu::BindGroupLayout,
+    flagged_nodes: wgpu::Buffer,
+    early_z: EarlyZ,
+}
+
+impl BatchOcclusionTest {
+    pub fn new(
+        device: &wgpu::Device,
+        pipelines: &Pipelines,
+        options: TestOptions,
+        buffers: &TestBuffers<'_>,
+    ) -> Self {
+        let key = format!("batch_occlusion_test {options:?}");
+        let TestPipeline {
+            pipeline,
+            layout,
+            map_layout,
+        } = pipelines.get(&key, || TestPipeline::new(device, options));
         let b = buffers;
         let group = gpu::buffer_group(
             device,

@@ -7,6 +7,7 @@ use wgpu::Features;
 
 use crate::draw::Submission;
 use crate::mutant::Mutant;
+use crate::pipelines::Pipelines;
 
 pub use rasterizer::COARSEST_SUBPIXEL_STEP_PX;
 
@@ -94,7 +95,7 @@ impl EarlyZ {
 
 /// The paths to take on a device, and what its rasterizer does. A scene is uploaded for one; methods over the
 /// scene go by it. Change a field to force a path.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct DeviceProfile {
     /// How draw lists are submitted.
     pub submission: Submission,
@@ -102,6 +103,8 @@ pub struct DeviceProfile {
     pub early_z: EarlyZ,
     /// The grid that the rasterizer moves vertices to, pixels; bounds grow by it.
     pub subpixel_step_px: f64,
+    /// The pipelines made so far.
+    pub pipelines: Pipelines,
     #[doc(hidden)]
     pub mutant: Mutant,
 }
@@ -113,6 +116,7 @@ impl DeviceProfile {
             submission: Submission::of(device.features()),
             early_z: EarlyZ::of(device.features()),
             subpixel_step_px: COARSEST_SUBPIXEL_STEP_PX,
+            pipelines: Pipelines::default(),
             mutant: Mutant::None,
         }
     }
@@ -120,7 +124,7 @@ impl DeviceProfile {
     /// Measures what rasterizing one more box costs, in ray-box tests: for
     /// [`Grouping::Adaptive`](crate::Grouping::Adaptive). Takes tens of milliseconds; submits and waits.
     pub fn measure_box_cost(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> f32 {
-        box_cost::box_cost(device, queue, self.early_z)
+        box_cost::box_cost(device, queue, &self.pipelines, self.early_z)
     }
 
     /// The features that its paths need.
@@ -146,7 +150,7 @@ impl DeviceProfile {
             .map(|(submission, early_z)| Self {
                 submission,
                 early_z,
-                ..*self
+                ..self.clone()
             })
             .filter(|profile| features.contains(profile.features()))
             .collect()

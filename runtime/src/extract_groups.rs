@@ -3,6 +3,7 @@
 use crate::camera::DepthConvention;
 use crate::gpu::{self, Access};
 use crate::mutant::Mutant;
+use crate::pipelines::Pipelines;
 use crate::scene::{SceneShape, Tree};
 
 /// Vertices of a group's box: one strip.
@@ -74,6 +75,7 @@ pub(crate) struct ExtractGroups {
 impl ExtractGroups {
     pub fn new(
         device: &wgpu::Device,
+        pipelines: &Pipelines,
         depth: DepthConvention,
         grouping: Grouping,
         mutant: Mutant,
@@ -81,7 +83,6 @@ impl ExtractGroups {
         buffers: &ExtractBuffers<'_>,
     ) -> Self {
         use Access::{Read, ReadWrite, Uniform};
-        let module = gpu::shader(device, "extract_groups");
         let b = buffers;
         let all = [
             (Uniform, b.frame),
@@ -104,6 +105,10 @@ impl ExtractGroups {
         ];
         // Each entry point binds what it uses: together they are more than a stage may have.
         let dispatch = |entry: &'static str, used: &[u32]| {
+            let compile = |layout| {
+                let module = gpu::shader(device, "extract_groups");
+                gpu::compute(device, &module, entry, &[layout], &constants)
+            };
             let at = |&binding: &u32| (binding, all[binding as usize]);
             let bindings = used.iter().map(at).collect::<Vec<_>>();
             let access = bindings.iter().map(|&(i, (access, _))| (i, access));
@@ -113,7 +118,7 @@ impl ExtractGroups {
             let buffers = bindings.iter().map(|&(i, (_, buffer))| (i, buffer));
             let buffers = buffers.collect::<Vec<_>>();
             (
-                gpu::compute(device, &module, entry, &[&layout], &constants),
+                pipelines.get(&format!("{entry} {constants:?}"), || compile(&layout)),
                 gpu::sparse_buffer_group(device, entry, &layout, &buffers),
             )
         };

@@ -2,6 +2,7 @@
 
 use crate::draw::Targets;
 use crate::gpu;
+use crate::pipelines::Pipelines;
 
 /// The pipeline; one per device.
 #[derive(Clone, Debug)]
@@ -11,7 +12,11 @@ pub(crate) struct FilterOccluders {
 }
 
 impl FilterOccluders {
-    pub fn new(device: &wgpu::Device) -> Self {
+    pub fn of(device: &wgpu::Device, pipelines: &Pipelines) -> Self {
+        pipelines.get("filter_occluders", || Self::new(device))
+    }
+
+    fn new(device: &wgpu::Device) -> Self {
         let module = gpu::shader(device, "filter_occluders");
         let texture = wgpu::BindGroupLayoutEntry {
             binding: 0,

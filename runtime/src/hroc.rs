@@ -198,7 +198,8 @@ impl Hroc {
         let grouping = gpu::storage(device, "grouping", 16, none);
 
         let mutant = scene.profile.mutant;
-        let pack = Pack::new(device);
+        let pipelines = &scene.profile.pipelines;
+        let pack = Pack::of(device, pipelines);
         let list = |members, class| PackedList::new(device, &pack, scene, members, class);
         let occluder_list = list(&visible, &scene.opaque);
         let extract_buffers = ExtractBuffers {
@@ -234,16 +235,17 @@ impl Hroc {
         let marks = (!options.mode.filters_occluders()).then(|| MarkBuffers::new(device, &visible));
         let counters = (options.mode.limits() != Limits::Capacity).then(|| Counters::new(device));
         Self {
-            filter: FilterOccluders::new(device),
+            filter: FilterOccluders::of(device, pipelines),
             extract: ExtractGroups::new(
                 device,
+                pipelines,
                 options.depth,
                 options.grouping,
                 mutant,
                 shape,
                 &extract_buffers,
             ),
-            test: BatchOcclusionTest::new(device, test_options, &test_buffers),
+            test: BatchOcclusionTest::new(device, pipelines, test_options, &test_buffers),
             occludee_list: list(&potentially_visible, &scene.opaque),
             blended_list: list(&potentially_visible, &scene.blended),
             occluder_list,

@@ -24,6 +24,7 @@ pub mod moving;
 mod mutant;
 mod noc;
 mod pack;
+pub mod pipelines;
 pub mod readback;
 mod scene;
 mod stage;

@@ -24,7 +24,7 @@ impl Noc {
     pub fn new(device: &wgpu::Device, scene: &Scene, depth: DepthConvention) -> Self {
         let words = vec![u32::MAX; scene.shape.object_words() as usize];
         let everything = gpu::storage_with(device, "everything", &words);
-        let pack = Pack::new(device);
+        let pack = Pack::of(device, &scene.profile.pipelines);
         let list = |class| PackedList::new(device, &pack, scene, &everything, class);
         Self {
             opaque: list(&scene.opaque),

@@ -2,6 +2,7 @@
 
 use crate::draw::{DrawList, DrawRange, Submission};
 use crate::gpu::{self, Access};
+use crate::pipelines::Pipelines;
 use crate::scene::Scene;
 
 const COMMAND_BYTES: u64 = 20;
@@ -15,7 +16,11 @@ pub(crate) struct Pack {
 }
 
 impl Pack {
-    pub fn new(device: &wgpu::Device) -> Self {
+    pub fn of(device: &wgpu::Device, pipelines: &Pipelines) -> Self {
+        pipelines.get("pack", || Self::new(device))
+    }
+
+    fn new(device: &wgpu::Device) -> Self {
         use Access::{Read, ReadWrite, Uniform};
         let module = gpu::shader(device, "pack");
         let layout = gpu::buffer_layout(

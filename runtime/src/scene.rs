@@ -174,7 +174,7 @@ impl Scene {
         let has_blended = blended.iter().any(|word| *word != 0);
         Ok(Self {
             shape,
-            profile: *profile,
+            profile: profile.clone(),
             positions: upload(
                 device,
                 "vertex positions",

@@ -64,12 +64,12 @@ impl World {
     /// # Panics
     /// If the device cannot hold it.
     pub fn new(gpu: &Gpu, baked: BakedScene) -> Self {
-        Self::with_motion(gpu, &crate::profile(gpu), baked, None)
+        Self::with_motion(gpu, &gpu.profile, baked, None)
     }
 
     /// Bakes and uploads a case, for frames from the first on.
     pub fn of_case(gpu: &Gpu, case: &CaseScene) -> Self {
-        Self::of_case_on(gpu, &crate::profile(gpu), case)
+        Self::of_case_on(gpu, &gpu.profile, case)
     }
 
     /// The same, with paths forced.
@@ -272,7 +272,11 @@ impl<'g> Host<'g> {
                 })
                 .collect::<Vec<_>>(),
         });
-        let pipeline = |entry| pipeline(device, &layout, depth, guarded, entry);
+        let pipeline = |entry| {
+            let key = format!("test host {entry} {depth:?} {guarded}");
+            let make = || pipeline(device, &layout, depth, guarded, entry);
+            scene.profile.pipelines.get(&key, make)
+        };
         Self {
             gpu,
             size,

@@ -6,7 +6,6 @@ pub mod slab;
 
 use std::sync::OnceLock;
 
-use hroc_runtime::{DeviceProfile, Mutant};
 pub use hroc_study::gpu::Gpu;
 use hroc_study::gpu::GpuOptions;
 
@@ -24,19 +23,4 @@ pub fn gpu() -> Option<&'static Gpu> {
         Gpu::open(&GpuOptions::default())
             .unwrap_or_else(|error| panic!("{error} (or set HROC_SKIP_GPU=1)"))
     }))
-}
-
-/// The device's paths; with a safeguard left out where `HROC_MUTANT` names one (see `make mutants`).
-///
-/// # Panics
-/// If there is no such mutant.
-pub fn profile(gpu: &Gpu) -> DeviceProfile {
-    let mutant = std::env::var("HROC_MUTANT").map_or(Mutant::None, |name| {
-        let named = Mutant::ALL.into_iter().find(|mutant| mutant.name() == name);
-        named.unwrap_or_else(|| panic!("no mutant '{name}'"))
-    });
-    DeviceProfile {
-        mutant,
-        ..gpu.profile
-    }
 }

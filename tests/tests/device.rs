@@ -20,7 +20,7 @@ fn a_box_costs_more_than_a_test() {
     for early_z in EarlyZ::ALL {
         let profile = DeviceProfile {
             early_z,
-            ..gpu.profile
+            ..gpu.profile.clone()
         };
         if gpu.device.features().contains(profile.features()) {
             let cost = profile.measure_box_cost(&gpu.device, &gpu.queue);

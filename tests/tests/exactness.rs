@@ -56,8 +56,8 @@ fn methods(
                     mode.label(),
                     tree.split,
                     grouping.name(),
-                    profile.submission.name(),
-                    profile.early_z.name()
+                    scene.profile.submission.name(),
+                    scene.profile.early_z.name()
                 );
                 methods.push((name, made));
             }

@@ -56,7 +56,7 @@ fn caught_by(
     let gpu = gpu()?;
     let profile = DeviceProfile {
         mutant,
-        ..gpu.profile
+        ..gpu.profile.clone()
     };
     let mut world = World::of_case_on(gpu, &profile, scene);
     let mut host = Host::new(gpu, &world, Scale::Small.size(), depth);

@@ -17,6 +17,7 @@ use crate::extract_groups::BOX_VERTICES;
 use crate::frame_uniform::FrameUniform;
 use crate::gpu;
 use crate::mutant::Mutant;
+use crate::pipelines::Pipelines;
 use crate::scene::{SceneShape, Tree, bytes_of};
 
 /// Boxes; a row of so many leaves, each a pixel or so in the image.
@@ -29,7 +30,12 @@ const REPEATS: usize = 5;
 const SANE: [f32; 2] = [4.0, 16384.0];
 
 /// Cost of a box in ray-box tests. Takes tens of milliseconds; submits and waits.
-pub(super) fn box_cost(device: &wgpu::Device, queue: &wgpu::Queue, early_z: EarlyZ) -> f32 {
+pub(super) fn box_cost(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    pipelines: &Pipelines,
+    early_z: EarlyZ,
+) -> f32 {
     // Orthographic, a unit square from 1 before to 1 behind the origin.
     let camera = Camera {
         position: DVec3::new(0.0, 0.0, 1.0),
@@ -39,9 +45,9 @@ pub(super) fn box_cost(device: &wgpu::Device, queue: &wgpu::Queue, early_z: Earl
         far: Some(3.0),
         jitter_px: [0.0; 2],
     };
-    let many = Frame::new(device, queue, early_z, &camera, BOXES, true);
-    let one = Frame::new(device, queue, early_z, &camera, TESTED, false);
-    let empty = Frame::new(device, queue, early_z, &camera, 1, true);
+    let many = Frame::new(device, queue, pipelines, early_z, &camera, BOXES, true);
+    let one = Frame::new(device, queue, pipelines, early_z, &camera, TESTED, false);
+    let empty = Frame::new(device, queue, pipelines, early_z, &camera, 1, true);
     // Interleaved, the fastest of each: the rest is disturbance.
     let mut best = [Duration::MAX; 3];
     for _ in 0..REPEATS {
@@ -73,6 +79,7 @@ impl Frame {
     fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
+        pipelines: &Pipelines,
         early_z: EarlyZ,
         camera: &Camera,
         leaves: u32,
@@ -193,7 +200,7 @@ impl Frame {
         }));
         queue.submit([encoder.finish()]);
         Self {
-            test: BatchOcclusionTest::new(device, options, &buffers),
+            test: BatchOcclusionTest::new(device, pipelines, options, &buffers),
             depth,
             item,
             group_draw: gpu::buffer_with(

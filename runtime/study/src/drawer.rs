@@ -57,7 +57,14 @@ impl ObjectDrawer {
         holes: bool,
     ) -> Self {
         let layout = bind_group_layout(device);
-        let pipeline = |variant| pipeline(device, scene, &layout, depth, holes, variant);
+        let pipeline = |variant| {
+            let key = format!(
+                "object_color {variant:?} {depth:?} {holes} {}",
+                scene.normals.is_some()
+            );
+            let make = || pipeline(device, scene, &layout, depth, holes, variant);
+            scene.profile.pipelines.get(&key, make)
+        };
         let uniform = |label, size| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
@@ -155,7 +162,7 @@ impl Drawer for ObjectDrawer {
 }
 
 /// The ways to draw objects.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Variant {
     Plain,
     /// Marks what passes the depth test.

@@ -57,7 +57,7 @@ fn checked_in(method: &'static Method, mode: &'static Mode) -> Result<RunResults
         method,
         mode,
         knobs: Knobs::default(),
-        profile: gpu.profile,
+        profile: gpu.profile.clone(),
         grouping: hroc_runtime::Grouping::default(),
         split: "sah".into(),
         path: orbit(baked.scene()),

@@ -182,13 +182,13 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
         method,
         mode,
         knobs,
-        profile,
         grouping: match arguments.grouping {
             GroupingName::Published => Grouping::Published,
             GroupingName::Adaptive => Grouping::Adaptive {
                 box_cost: profile.measure_box_cost(&gpu.device, &gpu.queue),
             },
         },
+        profile,
         split: arguments.split.clone(),
         path,
         frames: arguments.frames,
@@ -225,7 +225,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
 
 /// The device's paths, some of them forced.
 fn profile(arguments: &RunArguments, gpu: &Gpu) -> Result<DeviceProfile, StudyError> {
-    let mut profile = gpu.profile;
+    let mut profile = gpu.profile.clone();
     if let Some(submission) = arguments.submission {
         profile.submission = match submission {
             SubmissionName::IndirectCount => Submission::IndirectCount,

@@ -205,7 +205,7 @@ fn run_case(
 }
 
 /// A method as it is run: in a mode, with a tree.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Variant<'a> {
     method: &'static Method,
     mode: &'static Mode,
@@ -243,7 +243,7 @@ impl<'a> Stage<'a> {
     fn variants(&self, method: &'static Method, paths: &[DeviceProfile]) -> Vec<Variant<'_>> {
         let groupings = [Grouping::Published, Grouping::Adaptive { box_cost: 64.0 }];
         let (profiles, groupings) = match paths {
-            [] => (vec![self.gpu.profile], vec![Grouping::default()]),
+            [] => (vec![self.gpu.profile.clone()], vec![Grouping::default()]),
             paths if method.uses_tree => (paths.to_vec(), groupings.to_vec()),
             paths => (paths.to_vec(), vec![Grouping::default()]),
         };
@@ -255,12 +255,12 @@ impl<'a> Stage<'a> {
         let mut variants = Vec::new();
         for mode in method.modes {
             for &tree in &trees {
-                for &profile in &profiles {
+                for profile in &profiles {
                     variants.extend(groupings.iter().map(|&grouping| Variant {
                         method,
                         mode,
                         tree,
-                        profile,
+                        profile: profile.clone(),
                         grouping,
                     }));
                 }
@@ -336,7 +336,7 @@ impl<'a> Stage<'a> {
 
     fn method(&self, variant: &Variant<'_>, depth: DepthConvention) -> Box<dyn CullingMethod> {
         let scene = Scene {
-            profile: variant.profile,
+            profile: variant.profile.clone(),
             ..self.scene.clone()
         };
         (variant.method.make)(&Parts {
@@ -607,6 +607,7 @@ mod tests {
                 early_z: EarlyZ::Forced,
                 subpixel_step_px: 0.0625,
                 mutant: Mutant::None,
+                pipelines: Default::default(),
             },
             grouping: Grouping::default(),
         };
