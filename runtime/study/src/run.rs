@@ -64,7 +64,7 @@ pub struct RunOptions {
     pub clock: ClockChoice,
     /// Compare each frame with the truth.
     pub check: bool,
-    /// Leave out the replays that time.
+    /// Leave out the replays that time and count work.
     pub untimed: bool,
     /// Where the truth is kept between runs, if anywhere.
     pub truth_cache: Option<TruthCache>,
@@ -93,8 +93,12 @@ pub fn run(
     view: &mut dyn FnMut(&FrameView<'_>) -> Result<(), StudyError>,
 ) -> Result<RunResults, StudyError> {
     let mut bench = Bench::new(gpu, baked, options)?;
-    let timed = if options.untimed { 0 } else { 2 };
-    let replays = 1 + timed + u64::from(options.method.counts_work);
+    let counts_work = options.method.counts_work && !options.untimed;
+    let replays = if options.untimed {
+        1
+    } else {
+        3 + u64::from(counts_work)
+    };
     progress.set_length(u64::from(options.frames) * replays);
 
     let mut frames = vec![Frame::default(); options.frames as usize];
@@ -110,7 +114,7 @@ pub fn run(
         "reading sets"
     });
     let (memory_bytes, mut warnings) = bench.replay_observed(&mut frames, progress, view)?;
-    if options.method.counts_work {
+    if counts_work {
         progress.set_message("counting work");
         bench.replay_counted(&mut frames, progress)?;
     }

@@ -63,7 +63,7 @@ pub(super) struct RunArguments {
     /// Compare every frame with the one where everything is drawn; exit with 1 if an exact method differs.
     #[arg(long)]
     check: bool,
-    /// Leave out the replays that time, for a check alone. Times are then 0.
+    /// Leave out the replays that time and count work, for a check alone. Times are then 0, counts null.
     #[arg(long)]
     untimed: bool,
     /// Write the results as JSON; `-` for the standard output.
