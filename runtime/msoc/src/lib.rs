@@ -1,0 +1,21 @@
+//! Masked software occlusion culling.
+#![warn(missing_docs)]
+
+mod buffer;
+mod clip;
+mod geometry;
+mod msoc;
+mod options;
+mod query;
+mod raster;
+mod rasterize;
+pub mod reference;
+mod setup;
+mod simd;
+mod view;
+
+pub use geometry::{Aabb, Affine3, IDENTITY, Matrix4, Occluder, OccluderMesh};
+pub use msoc::{MeshError, Msoc};
+pub use options::{Depth, MAX_SIDE, Mode, Options, OptionsError};
+pub use query::{Rect, Visibility};
+pub use simd::{Isa, IsaName};

@@ -1,0 +1,194 @@
+//! Coverage by shifts and the update of the masked depth buffer (sections 3.1 and 3.2 of the paper).
+//!
+//! A row of tiles is as many rows of pixels as a vector has lanes. Each edge gives one event per row; the
+//! greatest of the left and the least of the right events bound the row's run of covered pixels, so that a
+//! tile takes two shifts whatever the number of edges is. (The paper shifts per edge and splits the triangle
+//! at its middle vertex to save one; the fold costs one operation per row of tiles instead.)
+
+use crate::buffer::{EMPTY, TILE_WIDTH};
+use crate::clip::Polygon;
+use crate::setup::{FAR_PX, Plane, Triangle};
+use crate::simd::Simd;
+
+/// Rows of tiles of a depth buffer, all or a band of them.
+pub(crate) struct Band<'a> {
+    pub words: &'a mut [u32],
+    /// Tiles across.
+    pub columns: i32,
+    /// Rows of tiles, half-open.
+    pub rows: [i32; 2],
+    /// Of the whole image, pixels.
+    pub size: [i32; 2],
+}
+
+/// Rows of tiles up to this many tiles wide are walked whole; wider ones from first to last event.
+const WALKED_WHOLE: i32 = 2;
+
+/// Where the edges meet a row of pixels.
+trait Events {
+    /// The rightmost left edge and the leftmost right edge, pixels, at the centre of each lane's row.
+    fn at<S: Simd>(&self, s: S, row: S::F) -> [S::F; 2];
+}
+
+struct MiddleRight<'a>(&'a Triangle);
+struct MiddleLeft<'a>(&'a Triangle);
+
+impl Events for MiddleRight<'_> {
+    #[inline(always)]
+    fn at<S: Simd>(&self, s: S, row: S::F) -> [S::F; 2] {
+        let [long, upper, lower] = lines(s, self.0, row);
+        [long, s.min(upper, lower)]
+    }
+}
+
+impl Events for MiddleLeft<'_> {
+    #[inline(always)]
+    fn at<S: Simd>(&self, s: S, row: S::F) -> [S::F; 2] {
+        let [long, upper, lower] = lines(s, self.0, row);
+        [s.max(upper, lower), long]
+    }
+}
+
+impl Events for Polygon {
+    #[inline(always)]
+    fn at<S: Simd>(&self, s: S, row: S::F) -> [S::F; 2] {
+        let (mut left, mut right) = (s.splat(-FAR_PX), s.splat(FAR_PX));
+        for edge in self.edges() {
+            let event = line(s, edge.x, edge.y, edge.slope, row);
+            if edge.right {
+                right = s.min(right, event);
+            } else {
+                left = s.max(left, event);
+            }
+        }
+        [left, right]
+    }
+}
+
+#[inline(always)]
+fn line<S: Simd>(s: S, x: f32, y: f32, slope: f32, row: S::F) -> S::F {
+    let down = s.sub(row, s.splat(y));
+    s.add(s.mul(s.splat(slope), down), s.splat(x))
+}
+
+#[inline(always)]
+fn lines<S: Simd>(s: S, it: &Triangle, row: S::F) -> [S::F; 3] {
+    [
+        line(s, it.long_x, it.top_y, it.long_slope, row),
+        line(s, it.upper_x, it.top_y, it.upper_slope, row),
+        line(s, it.lower_x, it.middle_y, it.lower_slope, row),
+    ]
+}
+
+#[inline(always)]
+pub(crate) fn triangle<S: Simd>(s: S, band: &mut Band<'_>, it: &Triangle) {
+    if it.middle_right {
+        rows(s, band, it.rows, it.columns, &it.plane, &MiddleRight(it));
+    } else {
+        rows(s, band, it.rows, it.columns, &it.plane, &MiddleLeft(it));
+    }
+}
+
+#[inline(always)]
+pub(crate) fn polygon<S: Simd>(s: S, band: &mut Band<'_>, it: &Polygon) {
+    rows(s, band, it.rows, it.columns, &it.plane, it);
+}
+
+/// Rasterizes the pixels between the left and right events of each row.
+#[inline(always)]
+fn rows<S: Simd>(
+    s: S,
+    band: &mut Band<'_>,
+    rows: [i32; 2],
+    columns: [i32; 2],
+    plane: &Plane,
+    events: &impl Events,
+) {
+    let lanes = S::LANES as i32;
+    let [width, height] = band.size;
+    let first_row = (rows[0] / lanes).max(band.rows[0]);
+    let end_row = ((rows[1] - 1) / lanes + 1).min(band.rows[1]);
+    let first_column = columns[0] / TILE_WIDTH as i32;
+    let end_column = (columns[1] - 1) / TILE_WIDTH as i32 + 1;
+
+    // Subtile of each lane, relative to its tile.
+    let lane = s.lane_index();
+    let three = s.splat_i(3);
+    let subtile_x = s.mul(s.to_float(s.and(lane, three)), s.splat(8.0));
+    let subtile_y = s.to_float(s.and_not(lane, three));
+    let (dx, dy) = (s.splat(plane.dx), s.splat(plane.dy));
+    let (corner, least) = (s.splat(plane.least_corner), s.splat(plane.least));
+    let (first, last) = (s.splat_i(rows[0]), s.splat_i(rows[1] - 1));
+    let (zero, full_width, width_px) = (s.splat(0.0), s.splat_i(width), s.splat(width as f32));
+    // Past the right border all pixels count as the last one on it, so that tiles there can fill up; and
+    // rows below the bottom as the last row.
+    let everything = s.splat_i(band.columns * TILE_WIDTH as i32);
+    let bottom = s.splat_i(height - 1);
+
+    for tile_row in first_row..end_row {
+        let top = tile_row * lanes;
+        let row = s.min_i(s.add_i(lane, s.splat_i(top)), bottom);
+        let [left, right] = events.at(s, s.to_float(row));
+        let left = s.to_int(s.min(s.max(left, zero), width_px));
+        let right = s.to_int(s.min(s.max(right, zero), width_px));
+        let outside = s.either(s.gt_i(first, row), s.gt_i(row, last));
+        let left = s.select_i(outside, everything, left);
+        let right = s.select_i(s.eq_i(right, full_width), everything, right);
+
+        let (mut begin, mut end) = (first_column, end_column);
+        if end - begin > WALKED_WHOLE {
+            begin = begin.max(s.reduce_min(left) / TILE_WIDTH as i32);
+            let right = s.select_i(outside, s.splat_i(0), right);
+            end = end.min((s.reduce_max(right) + TILE_WIDTH as i32 - 1) / TILE_WIDTH as i32);
+        }
+        if begin >= end {
+            continue;
+        }
+        let depth_of_row = s.add(s.mul(dy, s.add(subtile_y, s.splat(top as f32))), corner);
+        let begin_px = begin * TILE_WIDTH as i32;
+        let mut x = s.add(subtile_x, s.splat(begin_px as f32));
+        let mut left = s.sub_saturating(left, s.splat_i(begin_px));
+        let mut right = s.sub_saturating(right, s.splat_i(begin_px));
+        let tile_words = 3 * S::LANES;
+        let row_start = (tile_row - band.rows[0]) * band.columns;
+        let words = (row_start + begin) as usize * tile_words..(row_start + end) as usize * tile_words;
+        for tile in band.words[words].chunks_exact_mut(tile_words) {
+            let depth = s.max(s.add(s.mul(dx, x), depth_of_row), least);
+            update(s, tile, depth, left, right);
+            x = s.add(x, s.splat(TILE_WIDTH as f32));
+            left = s.sub_saturating(left, s.splat_i(TILE_WIDTH as i32));
+            right = s.sub_saturating(right, s.splat_i(TILE_WIDTH as i32));
+        }
+    }
+}
+
+/// `updateHiZBuffer` of the paper, in nearness: lane by lane, and only where the primitive covers pixels of
+/// the subtile and is nearer than its reference layer (the hierarchical depth test).
+#[inline(always)]
+fn update<S: Simd>(s: S, tile: &mut [u32], depth: S::F, left: S::I, right: S::I) {
+    let (reference_words, tile) = tile.split_at_mut(S::LANES);
+    let (working_words, mask_words) = tile.split_at_mut(S::LANES);
+    let reference = s.from_bits(s.load(reference_words));
+    let nearer = s.lt(reference, depth);
+    if s.mask_bits(nearer) == 0 {
+        return;
+    }
+    let none = s.splat_i(0);
+    let run = s.and_not(s.ones_from(left), s.ones_from(right));
+    let covered = s.select_i(nearer, s.transpose_bytes(run), none);
+    let untouched = s.eq_i(covered, none);
+
+    let working = s.from_bits(s.load(working_words));
+    let mask = s.load(mask_words);
+    let empty = s.splat(EMPTY);
+    // Discard the working layer if the primitive is farther from it than it is from the reference layer.
+    let apart = s.lt(s.sub(working, reference), s.sub(depth, working));
+    let discard = s.but_not(apart, untouched);
+    let merged = s.min(working, s.select(untouched, empty, depth));
+    let working = s.select(discard, depth, merged);
+    let mask = s.or(s.select_i(discard, none, mask), covered);
+    let full = s.eq_i(mask, s.splat_i(-1));
+    s.store(s.bits(s.select(full, working, reference)), reference_words);
+    s.store(s.bits(s.select(full, empty, working)), working_words);
+    s.store(s.select_i(full, none, mask), mask_words);
+}
