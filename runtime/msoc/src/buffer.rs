@@ -30,10 +30,7 @@ pub(crate) struct MaskedDepth {
 
 impl MaskedDepth {
     pub fn new(size: [u32; 2], lanes: usize) -> Self {
-        let tiles = [
-            size[0].div_ceil(TILE_WIDTH),
-            size[1].div_ceil(lanes as u32),
-        ];
+        let tiles = [size[0].div_ceil(TILE_WIDTH), size[1].div_ceil(lanes as u32)];
         let words = tiles[0] as usize * tiles[1] as usize * 3 * lanes;
         let mut buffer = Self {
             size,

@@ -139,10 +139,15 @@ fn set_up(view: &View, corners: &[Vertex]) -> Option<Polygon> {
     let (u, longer) = (f64::from(U), f64::from(view.longer_px()));
     let range = |f: fn(&Projected) -> f64| {
         let values = points.iter().map(f);
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
+            (a.min(v), b.max(v))
+        })
     };
     let ((x_min, x_max), (y_min, y_max)) = (range(|p| p.x), range(|p| p.y));
-    let reach = [x_min, x_max, y_min, y_max].into_iter().fold(0.0, |most: f64, v| most.max(v.abs())) + longer;
+    let reach = [x_min, x_max, y_min, y_max]
+        .into_iter()
+        .fold(0.0, |most: f64, v| most.max(v.abs()))
+        + longer;
 
     let (mut step, mut across) = (0.0, 0.0);
     let (mut factor, mut tolerance) = (1.0, 0.0);
@@ -207,7 +212,8 @@ fn set_up(view: &View, corners: &[Vertex]) -> Option<Polygon> {
 /// Twice the area; negative for polygons that are counter-clockwise as seen.
 fn signed_area(points: &[Projected]) -> f64 {
     let fan = points[1..].windows(2);
-    fan.map(|edge| triangle_area(&points[0], &edge[0], &edge[1])).sum()
+    fan.map(|edge| triangle_area(&points[0], &edge[0], &edge[1]))
+        .sum()
 }
 
 fn triangle_area(a: &Projected, b: &Projected, c: &Projected) -> f64 {

@@ -44,7 +44,15 @@ pub struct Aabb {
 
 impl Aabb {
     pub(crate) fn corners(&self) -> [[f32; 3]; 8] {
-        std::array::from_fn(|i| std::array::from_fn(|axis| if i >> axis & 1 == 0 { self.min[axis] } else { self.max[axis] }))
+        std::array::from_fn(|i| {
+            std::array::from_fn(|axis| {
+                if i >> axis & 1 == 0 {
+                    self.min[axis]
+                } else {
+                    self.max[axis]
+                }
+            })
+        })
     }
 
     /// Greatest distance of a coordinate from 0, per axis.
@@ -57,8 +65,14 @@ impl Aabb {
 pub(crate) fn compose(clip_from_world: &Matrix4, world_from_object: &Affine3) -> Matrix4 {
     std::array::from_fn(|column| {
         std::array::from_fn(|row| {
-            let term = |k: usize| f64::from(clip_from_world[k][row]) * f64::from(world_from_object[k][column]);
-            let moved = if column == 3 { f64::from(clip_from_world[3][row]) } else { 0.0 };
+            let term = |k: usize| {
+                f64::from(clip_from_world[k][row]) * f64::from(world_from_object[k][column])
+            };
+            let moved = if column == 3 {
+                f64::from(clip_from_world[3][row])
+            } else {
+                0.0
+            };
             (term(0) + term(1) + term(2) + moved) as f32
         })
     })
@@ -73,7 +87,11 @@ pub(crate) fn transform(m: &Matrix4, [x, y, z]: [f32; 3]) -> [f32; 4] {
 /// world first, for points with coordinates up to `reach`. With `S` the sum of absolute products in a
 /// component, each of the GPU's two steps errs by `4.5 * 2 U S` (four products, three sums, the entries; a
 /// GPU may return either neighbour) and ours by `4.5 * 2 U S` at most: `27 U S`.
-pub(crate) fn clip_error(clip_from_world: &Matrix4, world_from_object: &Affine3, reach: [f32; 3]) -> f32 {
+pub(crate) fn clip_error(
+    clip_from_world: &Matrix4,
+    world_from_object: &Affine3,
+    reach: [f32; 3],
+) -> f32 {
     let world = world_from_object.map(|row| {
         let terms = (0..3).map(|k| (row[k] * reach[k]).abs());
         terms.sum::<f32>() + row[3].abs()
@@ -98,7 +116,11 @@ impl Kernel for Transform<'_> {
     fn run<S: Simd>(self, _: S) {
         self.out.clear();
         let m = self.clip_from_object;
-        self.out.extend(self.positions.iter().map(|&position| transform(&m, position)));
+        self.out.extend(
+            self.positions
+                .iter()
+                .map(|&position| transform(&m, position)),
+        );
     }
 }
 

@@ -3,6 +3,7 @@
 
 mod buffer;
 mod clip;
+pub mod generate;
 mod geometry;
 mod msoc;
 mod options;

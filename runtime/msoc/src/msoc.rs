@@ -1,9 +1,13 @@
 //! The culler: what the crate is used through.
 
 use crate::buffer::MaskedDepth;
-use crate::geometry::{Aabb, IDENTITY, Matrix4, Occluder, Transform, clip_error, compose, sphere_bounds, transform};
+use crate::geometry::{
+    Aabb, IDENTITY, Matrix4, Occluder, Transform, clip_error, compose, sphere_bounds, transform,
+};
 use crate::options::{Depth, Mode, Options, OptionsError};
-use crate::query::{Bounds, Footprint, HidesRect, Rect, Visibility, hull_footprint, pixels, rect_footprint};
+use crate::query::{
+    Bounds, Footprint, HidesRect, Rect, Visibility, hull_footprint, pixels, rect_footprint,
+};
 use crate::rasterize::{Indexed, rasterize};
 use crate::simd::Isa;
 use crate::view::View;
@@ -74,11 +78,21 @@ impl Msoc {
     ///
     /// # Errors
     /// If an index is out of range. The occluders before that one have been rasterized.
-    pub fn rasterize(&mut self, clip_from_world: &Matrix4, occluders: &[Occluder<'_>]) -> Result<(), MeshError> {
-        occluders.iter().try_for_each(|occluder| self.rasterize_one(clip_from_world, occluder))
+    pub fn rasterize(
+        &mut self,
+        clip_from_world: &Matrix4,
+        occluders: &[Occluder<'_>],
+    ) -> Result<(), MeshError> {
+        occluders
+            .iter()
+            .try_for_each(|occluder| self.rasterize_one(clip_from_world, occluder))
     }
 
-    fn rasterize_one(&mut self, clip_from_world: &Matrix4, occluder: &Occluder<'_>) -> Result<(), MeshError> {
+    fn rasterize_one(
+        &mut self,
+        clip_from_world: &Matrix4,
+        occluder: &Occluder<'_>,
+    ) -> Result<(), MeshError> {
         let Occluder {
             mesh,
             world_from_object,
@@ -86,14 +100,18 @@ impl Msoc {
         let vertices = mesh.positions.len();
         let too_large = |&index: &u32| index as usize >= vertices;
         if mesh.indices.iter().flatten().any(too_large) {
-            let error = mesh.indices.iter().enumerate().find_map(|(triangle, indices)| {
-                let &index = indices.iter().find(|index| too_large(index))?;
-                Some(MeshError {
-                    triangle,
-                    index,
-                    vertices,
-                })
-            });
+            let error = mesh
+                .indices
+                .iter()
+                .enumerate()
+                .find_map(|(triangle, indices)| {
+                    let &index = indices.iter().find(|index| too_large(index))?;
+                    Some(MeshError {
+                        triangle,
+                        index,
+                        vertices,
+                    })
+                });
             return error.map_or(Ok(()), Err);
         }
         self.isa.run(Transform {
@@ -110,14 +128,26 @@ impl Msoc {
             indices: mesh.indices,
         };
         let view = self.view.with_clip_error(error);
-        rasterize(self.isa, &view, &mut self.buffer, &triangles, self.options.parallel);
+        rasterize(
+            self.isa,
+            &view,
+            &mut self.buffer,
+            &triangles,
+            self.options.parallel,
+        );
         Ok(())
     }
 
     /// Rasterizes triangles whose vertices (x, y, z, w) are in clip space. In [`Mode::Inner`] the GPU is
     /// taken to have the very same clip-space positions.
     pub fn rasterize_clip(&mut self, triangles: &[[[f32; 4]; 3]]) {
-        rasterize(self.isa, &self.view, &mut self.buffer, &triangles, self.options.parallel);
+        rasterize(
+            self.isa,
+            &self.view,
+            &mut self.buffer,
+            &triangles,
+            self.options.parallel,
+        );
     }
 
     /// Whether a rectangle of the screen at some depth can be seen.
@@ -138,13 +168,20 @@ impl Msoc {
     }
 
     /// Whether a sphere in world space can be seen.
-    pub fn query_sphere(&self, clip_from_world: &Matrix4, centre: [f32; 3], radius: f32) -> Visibility {
+    pub fn query_sphere(
+        &self,
+        clip_from_world: &Matrix4,
+        centre: [f32; 3],
+        radius: f32,
+    ) -> Visibility {
         let bounds = Aabb {
             min: centre.map(|c| c - radius),
             max: centre.map(|c| c + radius),
         };
         let view = self.view_of_bounds(clip_from_world, &bounds);
-        let corners = bounds.corners().map(|corner| transform(clip_from_world, corner));
+        let corners = bounds
+            .corners()
+            .map(|corner| transform(clip_from_world, corner));
         if hull_footprint(&view, &corners) == Err(Visibility::Outside) {
             return Visibility::Outside;
         }
@@ -154,7 +191,9 @@ impl Msoc {
             Depth::Standard => [-1.0, 1.0, 0.0, 0.0],
         };
         let near = f64::from(view.near);
-        let Some(([x, y, depth], inverse_w)) = sphere_bounds(clip_from_world, numerator, near, centre, radius) else {
+        let Some(([x, y, depth], inverse_w)) =
+            sphere_bounds(clip_from_world, numerator, near, centre, radius)
+        else {
             return Visibility::Visible;
         };
         self.ask(pixels(
@@ -174,16 +213,28 @@ impl Msoc {
     /// # Panics
     /// Outside the image.
     pub fn depth(&self, pixel: [u32; 2]) -> f32 {
-        assert!(pixel[0] < self.size()[0] && pixel[1] < self.size()[1], "a pixel of the image");
+        assert!(
+            pixel[0] < self.size()[0] && pixel[1] < self.size()[1],
+            "a pixel of the image"
+        );
         self.buffer.pixel(pixel)
     }
 
     /// The nearest corner's nearness, for front-to-back order (infinite if that is unknown), and the pixels.
-    pub(crate) fn box_footprint(&self, clip_from_world: &Matrix4, bounds: &Aabb) -> (f32, Footprint) {
-        let corners = bounds.corners().map(|corner| transform(clip_from_world, corner));
+    pub(crate) fn box_footprint(
+        &self,
+        clip_from_world: &Matrix4,
+        bounds: &Aabb,
+    ) -> (f32, Footprint) {
+        let corners = bounds
+            .corners()
+            .map(|corner| transform(clip_from_world, corner));
         let view = self.view_of_bounds(clip_from_world, bounds);
         let footprint = hull_footprint(&view, &corners);
-        (footprint.map_or(f32::INFINITY, |rect| rect.nearest), footprint)
+        (
+            footprint.map_or(f32::INFINITY, |rect| rect.nearest),
+            footprint,
+        )
     }
 
     #[inline]
@@ -226,4 +277,3 @@ fn round_down(value: f64) -> f32 {
 fn round_up(value: f64) -> f32 {
     (value as f32).next_up()
 }
-

@@ -55,7 +55,11 @@ pub(crate) fn pixels(view: &View, bounds: &Bounds) -> Footprint {
     let mut grow = 0.0;
     let mut nearest = bounds.nearest * (1.0 + 16.0 * U);
     if let Some(inner) = &view.inner {
-        let reach = bounds.min.into_iter().chain(bounds.max).fold(1.0_f32, |most, v| most.max(v.abs()));
+        let reach = bounds
+            .min
+            .into_iter()
+            .chain(bounds.max)
+            .fold(1.0_f32, |most, v| most.max(v.abs()));
         grow = inner.displacement_px((reach + 1.0) * view.longer_px(), bounds.inverse_w);
         let [factor, absolute] = inner.depth_margin(view.depth, bounds.inverse_w);
         nearest = nearest * (2.0 - factor) + absolute;
@@ -76,7 +80,11 @@ pub(crate) fn pixels(view: &View, bounds: &Bounds) -> Footprint {
         nearest,
     };
     let known = left <= right && top <= bottom && nearest < f32::INFINITY && nearest > 0.0;
-    if known { Ok(rect) } else { Err(Visibility::Visible) }
+    if known {
+        Ok(rect)
+    } else {
+        Err(Visibility::Visible)
+    }
 }
 
 /// The pixels of a rectangle given by a caller.
@@ -93,7 +101,11 @@ pub(crate) fn rect_footprint(view: &View, rect: &Rect) -> Footprint {
         },
     )?;
     let in_front = rect.nearest_w > view.near;
-    if in_front { Ok(footprint) } else { Err(Visibility::Visible) }
+    if in_front {
+        Ok(footprint)
+    } else {
+        Err(Visibility::Visible)
+    }
 }
 
 /// The pixels of the convex hull of points in clip space.
@@ -136,7 +148,9 @@ fn outside_frustum(view: &View, corners: &[[f32; 4]]) -> bool {
         error = 2.0 * inner.clip_error;
     }
     let beyond = |distance: fn(&View, &[f32; 4]) -> f32| {
-        let out = |c: &[f32; 4]| distance(view, c) < -(slack_per_w * (c[3].abs() + c[0].abs() + c[1].abs()) + error);
+        let out = |c: &[f32; 4]| {
+            distance(view, c) < -(slack_per_w * (c[3].abs() + c[0].abs() + c[1].abs()) + error)
+        };
         corners.iter().all(out)
     };
     beyond(|_, c| c[3] - c[0])

@@ -5,6 +5,8 @@
 //! tile takes two shifts whatever the number of edges is. (The paper shifts per edge and splits the triangle
 //! at its middle vertex to save one; the fold costs one operation per row of tiles instead.)
 
+use std::hint::black_box;
+
 use crate::buffer::{EMPTY, TILE_WIDTH};
 use crate::clip::Polygon;
 use crate::setup::{FAR_PX, Plane, Triangle};
@@ -21,13 +23,16 @@ pub(crate) struct Band<'a> {
     pub size: [i32; 2],
 }
 
-/// Rows of tiles up to this many tiles wide are walked whole; wider ones from first to last event.
+/// Rows of tiles up to this many tiles wide are walked whole; in wider ones only from the first to the last
+/// event.
 const WALKED_WHOLE: i32 = 2;
 
 /// Where the edges meet a row of pixels.
 trait Events {
     /// The rightmost left edge and the leftmost right edge, pixels, at the centre of each lane's row.
     fn at<S: Simd>(&self, s: S, row: S::F) -> [S::F; 2];
+    /// Between two rows, no greater than any of the left events and no less than any of the right ones.
+    fn extremes<S: Simd>(&self, s: S, top: S::F, bottom: S::F) -> [S::F; 2];
 }
 
 struct MiddleRight<'a>(&'a Triangle);
@@ -39,6 +44,11 @@ impl Events for MiddleRight<'_> {
         let [long, upper, lower] = lines(s, self.0, row);
         [long, s.min(upper, lower)]
     }
+    #[inline(always)]
+    fn extremes<S: Simd>(&self, s: S, top: S::F, bottom: S::F) -> [S::F; 2] {
+        let ([a, b, c], [d, e, f]) = (lines(s, self.0, top), lines(s, self.0, bottom));
+        [s.min(a, d), s.min(s.max(b, e), s.max(c, f))]
+    }
 }
 
 impl Events for MiddleLeft<'_> {
@@ -46,6 +56,11 @@ impl Events for MiddleLeft<'_> {
     fn at<S: Simd>(&self, s: S, row: S::F) -> [S::F; 2] {
         let [long, upper, lower] = lines(s, self.0, row);
         [s.max(upper, lower), long]
+    }
+    #[inline(always)]
+    fn extremes<S: Simd>(&self, s: S, top: S::F, bottom: S::F) -> [S::F; 2] {
+        let ([a, b, c], [d, e, f]) = (lines(s, self.0, top), lines(s, self.0, bottom));
+        [s.max(s.min(b, e), s.min(c, f)), s.max(a, d)]
     }
 }
 
@@ -59,6 +74,20 @@ impl Events for Polygon {
                 right = s.min(right, event);
             } else {
                 left = s.max(left, event);
+            }
+        }
+        [left, right]
+    }
+    #[inline(always)]
+    fn extremes<S: Simd>(&self, s: S, top: S::F, bottom: S::F) -> [S::F; 2] {
+        let (mut left, mut right) = (s.splat(-FAR_PX), s.splat(FAR_PX));
+        for edge in self.edges() {
+            let a = line(s, edge.x, edge.y, edge.slope, top);
+            let b = line(s, edge.x, edge.y, edge.slope, bottom);
+            if edge.right {
+                right = s.min(right, s.max(a, b));
+            } else {
+                left = s.max(left, s.min(a, b));
             }
         }
         [left, right]
@@ -125,25 +154,31 @@ fn rows<S: Simd>(
     let everything = s.splat_i(band.columns * TILE_WIDTH as i32);
     let bottom = s.splat_i(height - 1);
 
+    // Opaque: the compiler turns shifts of a known -1 into something slower.
+    let ones = s.splat_i(black_box(-1));
+    let wide = end_column - first_column > WALKED_WHOLE;
+    let mut spans = [[0; 16]; 2];
     for tile_row in first_row..end_row {
+        let (mut begin, mut end) = (first_column, end_column);
+        if wide {
+            let index = (tile_row - first_row) as usize % S::LANES;
+            if index == 0 {
+                spans = row_spans(s, rows, tile_row, width_px, events);
+            }
+            begin = begin.max(spans[0][index] as i32 / TILE_WIDTH as i32);
+            end = end.min((spans[1][index] as i32 + TILE_WIDTH as i32 - 1) / TILE_WIDTH as i32);
+        }
+        if begin >= end {
+            continue;
+        }
         let top = tile_row * lanes;
         let row = s.min_i(s.add_i(lane, s.splat_i(top)), bottom);
         let [left, right] = events.at(s, s.to_float(row));
         let left = s.to_int(s.min(s.max(left, zero), width_px));
         let right = s.to_int(s.min(s.max(right, zero), width_px));
-        let outside = s.either(s.gt_i(first, row), s.gt_i(row, last));
-        let left = s.select_i(outside, everything, left);
         let right = s.select_i(s.eq_i(right, full_width), everything, right);
-
-        let (mut begin, mut end) = (first_column, end_column);
-        if end - begin > WALKED_WHOLE {
-            begin = begin.max(s.reduce_min(left) / TILE_WIDTH as i32);
-            let right = s.select_i(outside, s.splat_i(0), right);
-            end = end.min((s.reduce_max(right) + TILE_WIDTH as i32 - 1) / TILE_WIDTH as i32);
-        }
-        if begin >= end {
-            continue;
-        }
+        let right = s.drop(s.either(s.gt_i(first, row), s.gt_i(row, last)), right);
+        let right = s.max_i(left, right);
         let depth_of_row = s.add(s.mul(dy, s.add(subtile_y, s.splat(top as f32))), corner);
         let begin_px = begin * TILE_WIDTH as i32;
         let mut x = s.add(subtile_x, s.splat(begin_px as f32));
@@ -151,10 +186,12 @@ fn rows<S: Simd>(
         let mut right = s.sub_saturating(right, s.splat_i(begin_px));
         let tile_words = 3 * S::LANES;
         let row_start = (tile_row - band.rows[0]) * band.columns;
-        let words = (row_start + begin) as usize * tile_words..(row_start + end) as usize * tile_words;
+        let words =
+            (row_start + begin) as usize * tile_words..(row_start + end) as usize * tile_words;
         for tile in band.words[words].chunks_exact_mut(tile_words) {
             let depth = s.max(s.add(s.mul(dx, x), depth_of_row), least);
-            update(s, tile, depth, left, right);
+            let run = s.xor(s.shl(ones, left), s.shl(ones, right));
+            update(s, tile, depth, run);
             x = s.add(x, s.splat(TILE_WIDTH as f32));
             left = s.sub_saturating(left, s.splat_i(TILE_WIDTH as i32));
             right = s.sub_saturating(right, s.splat_i(TILE_WIDTH as i32));
@@ -162,10 +199,35 @@ fn rows<S: Simd>(
     }
 }
 
+/// The first and one past the last pixel that may be covered in each of `LANES` rows of tiles from
+/// `tile_row`. An event is monotone in the row, so its extremes in a row of tiles are at the first and last of
+/// the rows there; knowing them ahead keeps the walk over tiles from waiting for the events.
+#[inline(always)]
+fn row_spans<S: Simd>(
+    s: S,
+    rows: [i32; 2],
+    tile_row: i32,
+    width_px: S::F,
+    events: &impl Events,
+) -> [[u32; 16]; 2] {
+    let lanes = S::LANES as i32;
+    let zero = s.splat(0.0);
+    let height = s.splat(lanes as f32);
+    let tile_row = s.add(s.to_float(s.lane_index()), s.splat(tile_row as f32));
+    let (first, last) = (s.splat(rows[0] as f32), s.splat((rows[1] - 1) as f32));
+    let top = s.mul(tile_row, height);
+    let bottom = s.min(s.add(top, s.splat((lanes - 1) as f32)), last);
+    let [from, to] = events.extremes(s, s.max(top, first), bottom);
+    let mut spans = [[0; 16]; 2];
+    s.store(s.to_int(s.min(s.max(from, zero), width_px)), &mut spans[0]);
+    s.store(s.to_int(s.min(s.max(to, zero), width_px)), &mut spans[1]);
+    spans
+}
+
 /// `updateHiZBuffer` of the paper, in nearness: lane by lane, and only where the primitive covers pixels of
 /// the subtile and is nearer than its reference layer (the hierarchical depth test).
 #[inline(always)]
-fn update<S: Simd>(s: S, tile: &mut [u32], depth: S::F, left: S::I, right: S::I) {
+fn update<S: Simd>(s: S, tile: &mut [u32], depth: S::F, run: S::I) {
     let (reference_words, tile) = tile.split_at_mut(S::LANES);
     let (working_words, mask_words) = tile.split_at_mut(S::LANES);
     let reference = s.from_bits(s.load(reference_words));
@@ -174,8 +236,7 @@ fn update<S: Simd>(s: S, tile: &mut [u32], depth: S::F, left: S::I, right: S::I)
         return;
     }
     let none = s.splat_i(0);
-    let run = s.and_not(s.ones_from(left), s.ones_from(right));
-    let covered = s.select_i(nearer, s.transpose_bytes(run), none);
+    let covered = s.keep(nearer, s.transpose_bytes(run));
     let untouched = s.eq_i(covered, none);
 
     let working = s.from_bits(s.load(working_words));
@@ -186,9 +247,9 @@ fn update<S: Simd>(s: S, tile: &mut [u32], depth: S::F, left: S::I, right: S::I)
     let discard = s.but_not(apart, untouched);
     let merged = s.min(working, s.select(untouched, empty, depth));
     let working = s.select(discard, depth, merged);
-    let mask = s.or(s.select_i(discard, none, mask), covered);
+    let mask = s.or(s.drop(discard, mask), covered);
     let full = s.eq_i(mask, s.splat_i(-1));
     s.store(s.bits(s.select(full, working, reference)), reference_words);
     s.store(s.bits(s.select(full, empty, working)), working_words);
-    s.store(s.select_i(full, none, mask), mask_words);
+    s.store(s.drop(full, mask), mask_words);
 }

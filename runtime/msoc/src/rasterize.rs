@@ -123,7 +123,13 @@ trait Visit {
 
 /// Sets triangles up and visits those that can be seen, in order.
 #[inline(always)]
-fn for_each<S: Simd, T: Triangles>(s: S, view: &View, triangles: &T, range: Range<usize>, visit: &mut impl Visit) {
+fn for_each<S: Simd, T: Triangles>(
+    s: S,
+    view: &View,
+    triangles: &T,
+    range: Range<usize>,
+    visit: &mut impl Visit,
+) {
     let mut from = range.start;
     while from < range.end {
         let count = (range.end - from).min(S::LANES);
@@ -134,7 +140,10 @@ fn for_each<S: Simd, T: Triangles>(s: S, view: &View, triangles: &T, range: Rang
             lanes &= lanes - 1;
             if batch.to_clip >> lane & 1 == 0 {
                 visit.triangle(s, &batch.triangle(lane));
-            } else if let Some(polygon) = clip(view, [0, 1, 2].map(|corner| triangles.vertex(from + lane, corner))) {
+            } else if let Some(polygon) = clip(
+                view,
+                [0, 1, 2].map(|corner| triangles.vertex(from + lane, corner)),
+            ) {
                 visit.polygon(s, &polygon);
             }
         }

@@ -68,24 +68,18 @@ impl Reference {
             let [x, y, _, w] = vertex.map(f64::from);
             [x, y, f64::from(self.view.numerator(vertex)), w]
         });
-        let in_front = |v: &[f64; 4]| (v[3] - self.near * v[2]).min(v[3] - 1e-30);
+        let near = self.near;
+        let corners = clip(&corners, |v| v[3] - near * v[2]);
+        let corners = clip(&corners, |v| v[3] - 1e-30);
         let [width, height] = self.view.size.map(f64::from);
-        let mut points: Vec<Projected> = Vec::with_capacity(4);
-        let mut push = |[x, y, n, w]: [f64; 4]| {
-            let (x, y) = ((x / w + 1.0) * 0.5 * width, (1.0 - y / w) * 0.5 * height);
-            points.push([x, y, n / w]);
+        let project = |[x, y, n, w]: &[f64; 4]| {
+            [
+                (x / w + 1.0) * 0.5 * width,
+                (1.0 - y / w) * 0.5 * height,
+                n / w,
+            ]
         };
-        for (i, a) in corners.iter().enumerate() {
-            let b = &corners[(i + 1) % 3];
-            let (at_a, at_b) = (in_front(a), in_front(b));
-            if at_a >= 0.0 {
-                push(*a);
-            }
-            if (at_a >= 0.0) != (at_b >= 0.0) {
-                let t = at_a / (at_a - at_b);
-                push(std::array::from_fn(|k| a[k] + t * (b[k] - a[k])));
-            }
-        }
+        let mut points = corners.iter().map(project).collect::<Vec<Projected>>();
         self.polygon(&mut points);
     }
 
@@ -96,7 +90,10 @@ impl Reference {
         let cross = |a: &Projected, b: &Projected, p: [f64; 2]| {
             (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
         };
-        let area: f64 = points[1..].windows(2).map(|e| cross(&points[0], &e[0], [e[1][0], e[1][1]])).sum();
+        let area: f64 = points[1..]
+            .windows(2)
+            .map(|e| cross(&points[0], &e[0], [e[1][0], e[1][1]]))
+            .sum();
         if !(area.abs() > 0.0 && area.is_finite()) || self.view.cull_back_faces && area > 0.0 {
             return;
         }
@@ -106,21 +103,36 @@ impl Reference {
         // The plane through the largest triangle of the fan.
         let a = points[0];
         let size = |e: &[Projected]| cross(&a, &e[0], [e[1][0], e[1][1]]);
-        let Some(edge) = points[1..].windows(2).max_by(|l, r| size(l).total_cmp(&size(r))) else {
+        let Some(edge) = points[1..]
+            .windows(2)
+            .max_by(|l, r| size(l).total_cmp(&size(r)))
+        else {
             return;
         };
         let (b, c) = (edge[0], edge[1]);
         let det = size(edge);
-        let (b, c): (Projected, Projected) = (std::array::from_fn(|k| b[k] - a[k]), std::array::from_fn(|k| c[k] - a[k]));
-        let gradient = [(b[2] * c[1] - c[2] * b[1]) / det, (c[2] * b[0] - b[2] * c[0]) / det];
+        let (b, c): (Projected, Projected) = (
+            std::array::from_fn(|k| b[k] - a[k]),
+            std::array::from_fn(|k| c[k] - a[k]),
+        );
+        let gradient = [
+            (b[2] * c[1] - c[2] * b[1]) / det,
+            (c[2] * b[0] - b[2] * c[0]) / det,
+        ];
         let step = self.step.unwrap_or(0.0);
-        let least = points.iter().fold(f64::INFINITY, |least, p| least.min(p[2]));
-        let most = points.iter().fold(f64::NEG_INFINITY, |most, p| most.max(p[2]));
+        let least = points
+            .iter()
+            .fold(f64::INFINITY, |least, p| least.min(p[2]));
+        let most = points
+            .iter()
+            .fold(f64::NEG_INFINITY, |most, p| most.max(p[2]));
         let margin = step * (gradient[0].abs() + gradient[1].abs());
 
         let range = |axis: usize| {
             let values = points.iter().map(|p| p[axis]);
-            let (from, to) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), v| (from.min(v), to.max(v)));
+            let (from, to) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), v| {
+                (from.min(v), to.max(v))
+            });
             let last = f64::from(self.view.size[axis]);
             (from - 1.0).clamp(0.0, last) as u32..(to + 1.0).clamp(0.0, last) as u32
         };
@@ -136,7 +148,8 @@ impl Reference {
                 if edges.iter().all(|(a, b, inward)| cross(a, b, p) >= *inward) {
                     let on_plane = a[2] + gradient[0] * (p[0] - a[0]) + gradient[1] * (p[1] - a[1]);
                     let depth = (on_plane - margin).clamp(least, most);
-                    let pixel = &mut self.depth[y as usize * self.view.size[0] as usize + x as usize];
+                    let pixel =
+                        &mut self.depth[y as usize * self.view.size[0] as usize + x as usize];
                     *pixel = pixel.max(depth);
                 }
             }
@@ -166,6 +179,26 @@ impl Reference {
             let pixels = &self.depth[row + rect.min[0] as usize..=row + rect.max[0] as usize];
             pixels.iter().any(|&depth| nearest >= depth)
         });
-        if seen { Visibility::Visible } else { Visibility::Occluded }
+        if seen {
+            Visibility::Visible
+        } else {
+            Visibility::Occluded
+        }
     }
+}
+
+/// What is on the side of a plane where `distance` is not negative.
+fn clip(corners: &[[f64; 4]], distance: impl Fn(&[f64; 4]) -> f64) -> Vec<[f64; 4]> {
+    let mut out = Vec::with_capacity(corners.len() + 1);
+    for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+        let (at_a, at_b) = (distance(a), distance(b));
+        if at_a >= 0.0 {
+            out.push(*a);
+        }
+        if (at_a >= 0.0) != (at_b >= 0.0) {
+            let t = at_a / (at_a - at_b);
+            out.push(std::array::from_fn(|k| a[k] + t * (b[k] - a[k])));
+        }
+    }
+    out
 }

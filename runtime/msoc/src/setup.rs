@@ -182,7 +182,13 @@ struct Planes<S: Simd> {
 }
 
 #[inline(always)]
-fn planes<S: Simd>(s: S, view: &View, corners: &[Corner<S>; 3], bounds: S::F, margins: &Margins<S>) -> Planes<S> {
+fn planes<S: Simd>(
+    s: S,
+    view: &View,
+    corners: &[Corner<S>; 3],
+    bounds: S::F,
+    margins: &Margins<S>,
+) -> Planes<S> {
     let zero = s.splat(0.0);
     let [a, b, c] = corners;
     let (x1, x2) = (s.sub(b.x, a.x), s.sub(c.x, a.x));
@@ -245,7 +251,13 @@ fn inward<S: Simd>(s: S, slope: S::F, margins: &Margins<S>) -> S::F {
 
 /// One of the two edges at the middle vertex: x at the upper end, and slope.
 #[inline(always)]
-fn short_edge<S: Simd>(s: S, upper: [S::F; 2], lower: [S::F; 2], right: S::M, margins: &Margins<S>) -> [S::F; 2] {
+fn short_edge<S: Simd>(
+    s: S,
+    upper: [S::F; 2],
+    lower: [S::F; 2],
+    right: S::M,
+    margins: &Margins<S>,
+) -> [S::F; 2] {
     let dropped = s.lt(s.sub(lower[1], upper[1]), s.splat(HORIZONTAL_PX));
     let slope = slope(s, upper, lower);
     let by = inward(s, slope, margins);
@@ -271,12 +283,30 @@ fn column<S: Simd>(s: S, view: &View, x: S::F) -> S::I {
 
 /// Sets triangles `from..from + count` up, at most as many as there are lanes and at least one.
 #[inline(always)]
-pub(crate) fn set_up<S: Simd, T: Triangles>(s: S, view: &View, triangles: &T, from: usize, count: usize) -> Batch {
+pub(crate) fn set_up<S: Simd, T: Triangles>(
+    s: S,
+    view: &View,
+    triangles: &T,
+    from: usize,
+    count: usize,
+) -> Batch {
     // Lanes past the end repeat the last triangle and are masked out.
     let mut corners = [
-        project(s, view, s.transpose_rows(&At::<_, 0>(triangles, from, count - 1))),
-        project(s, view, s.transpose_rows(&At::<_, 1>(triangles, from, count - 1))),
-        project(s, view, s.transpose_rows(&At::<_, 2>(triangles, from, count - 1))),
+        project(
+            s,
+            view,
+            s.transpose_rows(&At::<_, 0>(triangles, from, count - 1)),
+        ),
+        project(
+            s,
+            view,
+            s.transpose_rows(&At::<_, 1>(triangles, from, count - 1)),
+        ),
+        project(
+            s,
+            view,
+            s.transpose_rows(&At::<_, 2>(triangles, from, count - 1)),
+        ),
     ];
     let present = (!0u32).checked_shl(count as u32).map_or(!0, |from| !from);
 

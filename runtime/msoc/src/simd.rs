@@ -57,25 +57,27 @@ pub(crate) trait Simd: Copy {
 
     fn add_i(self, a: Self::I, b: Self::I) -> Self::I;
     fn min_i(self, a: Self::I, b: Self::I) -> Self::I;
+    fn max_i(self, a: Self::I, b: Self::I) -> Self::I;
     /// `max(a - b, 0)`. Every lane of both is within `0..65536`.
     fn sub_saturating(self, a: Self::I, b: Self::I) -> Self::I;
     fn and(self, a: Self::I, b: Self::I) -> Self::I;
     fn or(self, a: Self::I, b: Self::I) -> Self::I;
+    fn xor(self, a: Self::I, b: Self::I) -> Self::I;
     /// `a & !b`.
     fn and_not(self, a: Self::I, b: Self::I) -> Self::I;
-    /// `!0 << count`, and 0 where `count` is 32 or more. No lane is negative.
-    fn ones_from(self, count: Self::I) -> Self::I;
+    /// `a << count`, and 0 where `count` is 32 or more. No `count` is negative.
+    fn shl(self, a: Self::I, count: Self::I) -> Self::I;
     fn eq_i(self, a: Self::I, b: Self::I) -> Self::M;
     fn gt_i(self, a: Self::I, b: Self::I) -> Self::M;
-    /// The least of the lanes.
-    fn reduce_min(self, a: Self::I) -> i32;
-    /// The greatest of the lanes.
-    fn reduce_max(self, a: Self::I) -> i32;
     /// Within each group of four lanes, byte `i` of lane `j` becomes byte `j` of lane `i`.
     fn transpose_bytes(self, a: Self::I) -> Self::I;
 
     fn select(self, mask: Self::M, yes: Self::F, no: Self::F) -> Self::F;
     fn select_i(self, mask: Self::M, yes: Self::I, no: Self::I) -> Self::I;
+    /// `mask ? a : 0`
+    fn keep(self, mask: Self::M, a: Self::I) -> Self::I;
+    /// `mask ? 0 : a`
+    fn drop(self, mask: Self::M, a: Self::I) -> Self::I;
     fn both(self, a: Self::M, b: Self::M) -> Self::M;
     fn either(self, a: Self::M, b: Self::M) -> Self::M;
     /// `a & !b`.

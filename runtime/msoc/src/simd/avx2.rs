@@ -116,14 +116,24 @@ impl Simd for Avx2 {
         unsafe { _mm256_or_si256(a, b) }
     }
     #[inline(always)]
+    fn max_i(self, a: Self::I, b: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm256_max_epi32(a, b) }
+    }
+    #[inline(always)]
+    fn xor(self, a: Self::I, b: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm256_xor_si256(a, b) }
+    }
+    #[inline(always)]
     fn and_not(self, a: Self::I, b: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm256_andnot_si256(b, a) }
     }
     #[inline(always)]
-    fn ones_from(self, count: Self::I) -> Self::I {
+    fn shl(self, a: Self::I, count: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
-        unsafe { _mm256_sllv_epi32(_mm256_set1_epi32(-1), count) }
+        unsafe { _mm256_sllv_epi32(a, count) }
     }
     #[inline(always)]
     fn lane_index(self) -> Self::I {
@@ -161,6 +171,16 @@ impl Simd for Avx2 {
         unsafe { _mm256_blendv_epi8(no, yes, mask) }
     }
     #[inline(always)]
+    fn keep(self, mask: Self::M, a: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm256_and_si256(mask, a) }
+    }
+    #[inline(always)]
+    fn drop(self, mask: Self::M, a: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm256_andnot_si256(mask, a) }
+    }
+    #[inline(always)]
     fn both(self, a: Self::M, b: Self::M) -> Self::M {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm256_and_si256(a, b) }
@@ -179,28 +199,6 @@ impl Simd for Avx2 {
     fn mask_bits(self, a: Self::M) -> u32 {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm256_movemask_ps(_mm256_castsi256_ps(a)) as u32 }
-    }
-
-    #[inline(always)]
-    fn reduce_min(self, a: Self::I) -> i32 {
-        // SAFETY: `self` proves that the CPU has the instructions.
-        unsafe {
-            let a = _mm_min_epi32(_mm256_castsi256_si128(a), _mm256_extracti128_si256::<1>(a));
-            let a = _mm_min_epi32(a, _mm_shuffle_epi32::<0b01_00_11_10>(a));
-            let a = _mm_min_epi32(a, _mm_shuffle_epi32::<0b10_11_00_01>(a));
-            _mm_cvtsi128_si32(a)
-        }
-    }
-
-    #[inline(always)]
-    fn reduce_max(self, a: Self::I) -> i32 {
-        // SAFETY: `self` proves that the CPU has the instructions.
-        unsafe {
-            let a = _mm_max_epi32(_mm256_castsi256_si128(a), _mm256_extracti128_si256::<1>(a));
-            let a = _mm_max_epi32(a, _mm_shuffle_epi32::<0b01_00_11_10>(a));
-            let a = _mm_max_epi32(a, _mm_shuffle_epi32::<0b10_11_00_01>(a));
-            _mm_cvtsi128_si32(a)
-        }
     }
 
     #[inline(always)]

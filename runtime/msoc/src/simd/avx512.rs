@@ -119,14 +119,24 @@ impl Simd for Avx512 {
         unsafe { _mm512_or_si512(a, b) }
     }
     #[inline(always)]
+    fn max_i(self, a: Self::I, b: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm512_max_epi32(a, b) }
+    }
+    #[inline(always)]
+    fn xor(self, a: Self::I, b: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm512_xor_si512(a, b) }
+    }
+    #[inline(always)]
     fn and_not(self, a: Self::I, b: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm512_andnot_si512(b, a) }
     }
     #[inline(always)]
-    fn ones_from(self, count: Self::I) -> Self::I {
+    fn shl(self, a: Self::I, count: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
-        unsafe { _mm512_sllv_epi32(_mm512_set1_epi32(-1), count) }
+        unsafe { _mm512_sllv_epi32(a, count) }
     }
     #[inline(always)]
     fn lane_index(self) -> Self::I {
@@ -154,16 +164,6 @@ impl Simd for Avx512 {
         unsafe { _mm512_cmpgt_epi32_mask(a, b) }
     }
     #[inline(always)]
-    fn reduce_min(self, a: Self::I) -> i32 {
-        // SAFETY: `self` proves that the CPU has the instructions.
-        unsafe { _mm512_reduce_min_epi32(a) }
-    }
-    #[inline(always)]
-    fn reduce_max(self, a: Self::I) -> i32 {
-        // SAFETY: `self` proves that the CPU has the instructions.
-        unsafe { _mm512_reduce_max_epi32(a) }
-    }
-    #[inline(always)]
     fn select(self, mask: Self::M, yes: Self::F, no: Self::F) -> Self::F {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm512_mask_blend_ps(mask, no, yes) }
@@ -174,6 +174,16 @@ impl Simd for Avx512 {
         unsafe { _mm512_mask_blend_epi32(mask, no, yes) }
     }
 
+    #[inline(always)]
+    fn keep(self, mask: Self::M, a: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm512_maskz_mov_epi32(mask, a) }
+    }
+    #[inline(always)]
+    fn drop(self, mask: Self::M, a: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm512_maskz_mov_epi32(!mask, a) }
+    }
     #[inline(always)]
     fn both(self, a: Self::M, b: Self::M) -> Self::M {
         a & b

@@ -90,6 +90,10 @@ impl Simd for Portable {
         zip(a, b, i32::min)
     }
     #[inline(always)]
+    fn max_i(self, a: Self::I, b: Self::I) -> Self::I {
+        zip(a, b, i32::max)
+    }
+    #[inline(always)]
     fn sub_saturating(self, a: Self::I, b: Self::I) -> Self::I {
         zip(a, b, |a, b| (a - b).max(0))
     }
@@ -102,12 +106,20 @@ impl Simd for Portable {
         zip(a, b, |a, b| a | b)
     }
     #[inline(always)]
+    fn xor(self, a: Self::I, b: Self::I) -> Self::I {
+        zip(a, b, |a, b| a ^ b)
+    }
+    #[inline(always)]
     fn and_not(self, a: Self::I, b: Self::I) -> Self::I {
         zip(a, b, |a, b| a & !b)
     }
     #[inline(always)]
-    fn ones_from(self, count: Self::I) -> Self::I {
-        count.map(|count| if count < 32 { !0 << (count & 31) } else { 0 })
+    fn shl(self, a: Self::I, count: Self::I) -> Self::I {
+        // In two steps of at most 16: vector shifts by more than the width of a lane are undefined.
+        zip(a, count, |a, count| {
+            let first = count.min(16);
+            a << first << (count - first).min(16)
+        })
     }
     #[inline(always)]
     fn eq_i(self, a: Self::I, b: Self::I) -> Self::M {
@@ -116,14 +128,6 @@ impl Simd for Portable {
     #[inline(always)]
     fn gt_i(self, a: Self::I, b: Self::I) -> Self::M {
         zip(a, b, |a, b| -i32::from(a > b))
-    }
-    #[inline(always)]
-    fn reduce_min(self, a: Self::I) -> i32 {
-        a.into_iter().fold(i32::MAX, i32::min)
-    }
-    #[inline(always)]
-    fn reduce_max(self, a: Self::I) -> i32 {
-        a.into_iter().fold(i32::MIN, i32::max)
     }
     #[inline(always)]
     fn transpose_bytes(self, a: Self::I) -> Self::I {
@@ -140,6 +144,14 @@ impl Simd for Portable {
     #[inline(always)]
     fn select_i(self, mask: Self::M, yes: Self::I, no: Self::I) -> Self::I {
         from_fn(|i| yes[i] & mask[i] | no[i] & !mask[i])
+    }
+    #[inline(always)]
+    fn keep(self, mask: Self::M, a: Self::I) -> Self::I {
+        self.and(a, mask)
+    }
+    #[inline(always)]
+    fn drop(self, mask: Self::M, a: Self::I) -> Self::I {
+        self.and_not(a, mask)
     }
     #[inline(always)]
     fn both(self, a: Self::M, b: Self::M) -> Self::M {
