@@ -2,7 +2,8 @@
 
 use crate::buffer::MaskedDepth;
 use crate::geometry::{
-    Aabb, IDENTITY, Matrix4, Occluder, Transform, clip_error, compose, sphere_bounds, transform,
+    Aabb, IDENTITY, Matrix4, Occluder, OccluderMesh, Transform, clip_error, compose, sphere_bounds,
+    transform,
 };
 use crate::options::{Depth, Mode, Options, OptionsError};
 use crate::query::{
@@ -97,23 +98,7 @@ impl Msoc {
             mesh,
             world_from_object,
         } = occluder;
-        let vertices = mesh.positions.len();
-        let too_large = |&index: &u32| index as usize >= vertices;
-        if mesh.indices.iter().flatten().any(too_large) {
-            let error = mesh
-                .indices
-                .iter()
-                .enumerate()
-                .find_map(|(triangle, indices)| {
-                    let &index = indices.iter().find(|index| too_large(index))?;
-                    Some(MeshError {
-                        triangle,
-                        index,
-                        vertices,
-                    })
-                });
-            return error.map_or(Ok(()), Err);
-        }
+        check_indices(mesh)?;
         self.isa.run(Transform {
             clip_from_object: compose(clip_from_world, world_from_object),
             positions: mesh.positions,
@@ -261,6 +246,22 @@ impl Msoc {
             }
         }
     }
+}
+
+/// Refuses a mesh with an index that is too large.
+pub(crate) fn check_indices(mesh: &OccluderMesh<'_>) -> Result<(), MeshError> {
+    let vertices = mesh.positions.len();
+    let too_large = |index: u32| index as usize >= vertices;
+    for (triangle, indices) in mesh.indices.iter().enumerate() {
+        if let Some(&index) = indices.iter().find(|&&index| too_large(index)) {
+            return Err(MeshError {
+                triangle,
+                index,
+                vertices,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Greatest distance of a coordinate from 0, per axis.

@@ -28,15 +28,17 @@ pub(crate) struct Band<'a> {
 const WALKED_WHOLE: i32 = 2;
 
 /// Where the edges meet a row of pixels.
-trait Events {
+pub(crate) trait Events {
     /// The rightmost left edge and the leftmost right edge, pixels, at the centre of each lane's row.
     fn at<S: Simd>(&self, s: S, row: S::F) -> [S::F; 2];
     /// Between two rows, no greater than any of the left events and no less than any of the right ones.
     fn extremes<S: Simd>(&self, s: S, top: S::F, bottom: S::F) -> [S::F; 2];
 }
 
-struct MiddleRight<'a>(&'a Triangle);
-struct MiddleLeft<'a>(&'a Triangle);
+/// A triangle whose middle vertex is right of its long edge.
+pub(crate) struct MiddleRight<'a>(pub &'a Triangle);
+/// A triangle whose middle vertex is left of its long edge.
+pub(crate) struct MiddleLeft<'a>(pub &'a Triangle);
 
 impl Events for MiddleRight<'_> {
     #[inline(always)]

@@ -116,14 +116,14 @@ fn whole(buffer: &mut MaskedDepth) -> Band<'_> {
 }
 
 /// What is done with the visible triangles.
-trait Visit {
+pub(crate) trait Visit {
     fn triangle<S: Simd>(&mut self, s: S, triangle: &Triangle);
     fn polygon<S: Simd>(&mut self, s: S, polygon: &Polygon);
 }
 
 /// Sets triangles up and visits those that can be seen, in order.
 #[inline(always)]
-fn for_each<S: Simd, T: Triangles>(
+pub(crate) fn for_each<S: Simd, T: Triangles>(
     s: S,
     view: &View,
     triangles: &T,
