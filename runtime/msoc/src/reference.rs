@@ -142,10 +142,17 @@ impl Reference {
             (a, b, step * ((b[0] - a[0]).abs() + (b[1] - a[1]).abs()))
         });
         let edges = edges.collect::<Vec<_>>();
+        let clear = |distance: f64, inward: f64| match self.step {
+            Some(_) => distance > inward,
+            None => distance >= 0.0,
+        };
         for y in range(1) {
             for x in range(0) {
                 let p = [f64::from(x) + 0.5, f64::from(y) + 0.5];
-                if edges.iter().all(|(a, b, inward)| cross(a, b, p) >= *inward) {
+                if edges
+                    .iter()
+                    .all(|(a, b, inward)| clear(cross(a, b, p), *inward))
+                {
                     let on_plane = a[2] + gradient[0] * (p[0] - a[0]) + gradient[1] * (p[1] - a[1]);
                     let depth = (on_plane - margin).clamp(least, most);
                     let pixel =
