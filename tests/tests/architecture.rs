@@ -9,9 +9,10 @@ const EDGES: &[(&str, &[&str])] = &[
     ("shaders", &[]),
     ("preprocess", &["format"]),
     ("runtime", &["format", "shaders"]),
+    ("runtime/msoc", &[]),
     (
         "runtime/study",
-        &["format", "preprocess", "runtime", "shaders"],
+        &["format", "msoc", "preprocess", "runtime", "shaders"],
     ),
     (
         "tests",

@@ -2,7 +2,7 @@
 //! one depth per pixel, which is then reduced to the farthest of each 8x8 pixels, and queries ask those.
 
 use crate::clip::Polygon;
-use crate::geometry::{Matrix4, Occluder, Transform, compose};
+use crate::geometry::{Aabb, Matrix4, Occluder, Transform, compose, transform};
 use crate::msoc::{MeshError, check_indices};
 use crate::options::{Options, OptionsError};
 use crate::query::{Footprint, Rect, Visibility, hull_footprint, rect_footprint};
@@ -123,6 +123,15 @@ impl SoftwareHiZ {
     /// As [`crate::Msoc::query_box_clip`].
     pub fn query_box_clip(&self, corners: &[[f32; 4]; 8]) -> Visibility {
         self.ask(hull_footprint(&self.view, corners))
+    }
+
+    /// As [`crate::Msoc::query_box`].
+    pub fn query_box(&self, clip_from_world: &Matrix4, bounds: &Aabb) -> Visibility {
+        let corners = bounds
+            .corners()
+            .map(|corner| transform(clip_from_world, corner));
+        let view = self.view.of_bounds(clip_from_world, bounds);
+        self.ask(hull_footprint(&view, &corners))
     }
 
     /// Nearness at a pixel.

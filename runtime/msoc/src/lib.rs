@@ -1,4 +1,12 @@
-//! Masked software occlusion culling.
+#![doc = include_str!("../README.md")]
+//!
+//! # How it works
+//!
+//! The image is made of tiles of 32 pixels by as many rows as a vector has lanes. `setup` turns a vector of
+//! triangles into edges and depth planes; `raster` finds the run of covered pixels of each row from its
+//! edges, turns it into bits by two shifts for a whole tile at once, rearranges these so that each lane has
+//! a subtile of 8x4 pixels, and updates two depth layers and a mask per subtile. `query` asks the same
+//! buffer. `clip` deals with what crosses the near plane. The vector abstraction under all that is `simd`.
 #![warn(missing_docs)]
 
 mod buffer;

@@ -2,8 +2,7 @@
 
 use crate::buffer::MaskedDepth;
 use crate::geometry::{
-    Aabb, IDENTITY, Matrix4, Occluder, OccluderMesh, Transform, clip_error, compose, sphere_bounds,
-    transform,
+    Aabb, Matrix4, Occluder, OccluderMesh, Transform, clip_error, compose, sphere_bounds, transform,
 };
 use crate::options::{Depth, Mode, Options, OptionsError};
 use crate::query::{
@@ -163,7 +162,7 @@ impl Msoc {
             min: centre.map(|c| c - radius),
             max: centre.map(|c| c + radius),
         };
-        let view = self.view_of_bounds(clip_from_world, &bounds);
+        let view = self.view.of_bounds(clip_from_world, &bounds);
         let corners = bounds
             .corners()
             .map(|corner| transform(clip_from_world, corner));
@@ -214,7 +213,7 @@ impl Msoc {
         let corners = bounds
             .corners()
             .map(|corner| transform(clip_from_world, corner));
-        let view = self.view_of_bounds(clip_from_world, bounds);
+        let view = self.view.of_bounds(clip_from_world, bounds);
         let footprint = hull_footprint(&view, &corners);
         (
             footprint.map_or(f32::INFINITY, |rect| rect.nearest),
@@ -233,16 +232,6 @@ impl Msoc {
                 } else {
                     Visibility::Visible
                 }
-            }
-        }
-    }
-
-    fn view_of_bounds(&self, clip_from_world: &Matrix4, bounds: &Aabb) -> View {
-        match self.view.inner {
-            None => self.view,
-            Some(_) => {
-                let error = clip_error(clip_from_world, &IDENTITY, bounds.reach());
-                self.view.with_clip_error(error)
             }
         }
     }

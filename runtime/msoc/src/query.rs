@@ -179,23 +179,38 @@ impl Kernel for HidesRect<'_> {
         let PixelRect { min, max, nearest } = self.rect;
         let columns = self.buffer.tiles[0] as i32;
         let words = self.buffer.words();
-        let lane = s.lane_index();
-        let three = s.splat_i(3);
-        // Subtiles: columns as such, rows times four.
-        let (lane_x, lane_y) = (s.and(lane, three), s.and_not(lane, three));
-        let (min_x, max_x) = (s.splat_i(min[0] >> 3), s.splat_i(max[0] >> 3));
-        let (min_y, max_y) = (s.splat_i(min[1] & !3), s.splat_i(max[1] & !3));
         let nearest_all = s.splat(nearest);
-        for tile_y in min[1] / lanes..=max[1] / lanes {
-            let y = s.add_i(lane_y, s.splat_i(tile_y * lanes));
-            let beside = s.either(s.gt_i(min_y, y), s.gt_i(y, max_y));
-            for tile_x in min[0] / TILE_WIDTH as i32..=max[0] / TILE_WIDTH as i32 {
-                let tile = (tile_y * columns + tile_x) as usize * 3 * S::LANES;
-                let tile = &words[tile..tile + 3 * S::LANES];
-                let hidden = s.lt(nearest_all, s.from_bits(s.load(tile)));
-                let x = s.add_i(lane_x, s.splat_i(4 * tile_x));
-                let beside = s.either(beside, s.either(s.gt_i(min_x, x), s.gt_i(x, max_x)));
-                let mut seen = !s.mask_bits(s.either(hidden, beside)) & (!0 >> (32 - S::LANES));
+        // Lanes, four to a row of subtiles, whose subtiles the rectangle touches: all in the tiles between,
+        // some in the first and last of each row and column.
+        let whole = TILE_WIDTH as i32;
+        let (first_column, last_column) = (min[0] / whole, max[0] / whole);
+        let (first_row, last_row) = (min[1] / lanes, max[1] / lanes);
+        let right_of = |x: i32| (0xF << ((x % whole) >> 3) & 0xF) * 0x1111_1111_u32;
+        let left_of = |x: i32| (0xF >> (3 - ((x % whole) >> 3))) * 0x1111_1111_u32;
+        let below = |y: i32| !0_u32 << (4 * ((y % lanes) >> 2));
+        let above = |y: i32| !0_u32 >> (28 - 4 * ((y % lanes) >> 2));
+        let (first_columns, last_columns) = (right_of(min[0]), left_of(max[0]));
+        let (first_rows, last_rows) = (below(min[1]), above(max[1]));
+        for tile_y in first_row..=last_row {
+            let mut rows = !0_u32 >> (32 - S::LANES);
+            if tile_y == first_row {
+                rows &= first_rows;
+            }
+            if tile_y == last_row {
+                rows &= last_rows;
+            }
+            let row = &words[(tile_y * columns) as usize * 3 * S::LANES..];
+            for tile_x in first_column..=last_column {
+                let mut touched = rows;
+                if tile_x == first_column {
+                    touched &= first_columns;
+                }
+                if tile_x == last_column {
+                    touched &= last_columns;
+                }
+                let tile = &row[tile_x as usize * 3 * S::LANES..][..3 * S::LANES];
+                let hidden = s.mask_bits(s.lt(nearest_all, s.from_bits(s.load(tile))));
+                let mut seen = !hidden & touched;
                 // The reference layer does not hide these: perhaps the working layer does.
                 while seen != 0 {
                     let lane = seen.trailing_zeros() as usize;

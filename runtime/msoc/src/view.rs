@@ -1,5 +1,6 @@
 //! What triangle setup knows of the view, and how far `inner` moves things.
 
+use crate::geometry::{Aabb, IDENTITY, Matrix4, clip_error};
 use crate::options::{Depth, Mode, Options};
 
 /// Roundoff unit of f32: half a unit in the last place of 1.
@@ -72,6 +73,14 @@ impl View {
             inner.clip_error = clip_error;
         }
         self
+    }
+
+    /// The same view for bounds in world space.
+    pub fn of_bounds(&self, clip_from_world: &Matrix4, bounds: &Aabb) -> Self {
+        match self.inner {
+            None => *self,
+            Some(_) => self.with_clip_error(clip_error(clip_from_world, &IDENTITY, bounds.reach())),
+        }
     }
 
     /// What is divided by w to give nearness.

@@ -1,6 +1,7 @@
 //! The command line of `hroc`.
 
 mod hard_cases;
+mod msoc;
 mod path;
 mod run;
 
@@ -23,6 +24,7 @@ Examples:
   hroc run house.hroc --split middle --json -      results as JSON on the standard output
   hroc path house.hroc orbit -o orbit.json         a standard camera path as a file, to edit
   hroc hard-cases                                  every method over the hard cases
+  hroc msoc frame.moc --check                      masked software occlusion culling on a recorded frame
   hroc methods                                     the culling methods there are
 
 Baked scenes come from: hroc-bake bake SCENE.glb -o SCENE.hroc
@@ -45,6 +47,8 @@ enum Command {
     Path(path::PathArguments),
     /// Run every method over scenes on which occlusion culling has failed.
     HardCases(hard_cases::HardCasesArguments),
+    /// Play a recorded frame through masked software occlusion culling, without a GPU.
+    Msoc(msoc::MsocArguments),
     /// List the culling methods.
     Methods,
 }
@@ -67,6 +71,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(arguments),
         Command::Path(arguments) => path::path(arguments),
         Command::HardCases(arguments) => hard_cases::hard_cases(arguments),
+        Command::Msoc(arguments) => msoc::msoc(arguments),
         Command::Methods => to_stdout(&registry::table()).map(|()| exit::GOOD),
     };
     ExitCode::from(result.unwrap_or_else(|error| {

@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use hroc_format::OpenError;
+use hroc_msoc::replay::ReplayError;
 use hroc_runtime::{CameraError, UploadError};
 
 use crate::camera_path::PathError;
@@ -33,6 +34,12 @@ pub enum StudyError {
     /// The scene cannot be opened.
     #[error(transparent)]
     Scene(#[from] OpenError),
+    /// A replay cannot be read.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// The CPU cannot do it.
+    #[error("{0}")]
+    Cpu(String),
     /// The scene lacks the tree asked for, or does not fit the device.
     #[error(transparent)]
     Upload(#[from] UploadError),
@@ -74,12 +81,14 @@ impl StudyError {
         match self {
             Self::Usage(_) | Self::Output { .. } => exit::USAGE,
             Self::Scene(_)
+            | Self::Replay(_)
             | Self::Path(_)
             | Self::Camera { .. }
             | Self::HardCase { .. }
             | Self::Upload(UploadError::NoTree { .. }) => exit::BAD_INPUT,
             Self::Upload(UploadError::TooLarge { .. } | UploadError::TooManyObjects { .. })
-            | Self::Gpu(_) => exit::DEVICE,
+            | Self::Gpu(_)
+            | Self::Cpu(_) => exit::DEVICE,
         }
     }
 

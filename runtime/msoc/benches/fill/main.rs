@@ -1,0 +1,227 @@
+//! The figures of `assets/results/msoc`: `cargo bench -p hroc-msoc -- [--out FOLDER]`.
+//!
+//! Fig. 11 of the paper (32,768 random right triangles, back to front, one thread, 1920x1080), queries, the
+//! passes of its Table 1 against software Hi-Z, and what both modes miss. Times are thread CPU time, so that
+//! other work on the machine distorts them less; medians of rounds after a warm-up round.
+#![allow(missing_docs, clippy::print_stdout)]
+
+mod accuracy;
+mod plot;
+mod scene;
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use hroc_msoc::hiz::SoftwareHiZ;
+use hroc_msoc::{Isa, Mode, Msoc, Options, Rect, Visibility, generate};
+use rustix::time::{ClockId, clock_gettime};
+
+const SIZE: [u32; 2] = [1920, 1080];
+const TRIANGLES: usize = 32_768;
+const LEGS_PX: [u32; 10] = [5, 10, 15, 25, 35, 50, 70, 100, 140, 200];
+const ROUNDS: usize = 31;
+const MODES: [(&str, Mode); 2] = [("paper", Mode::Paper), ("inner", Mode::INNER)];
+
+/// CPU time of this thread, seconds.
+fn now() -> f64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+}
+
+/// Median seconds of `work`.
+fn median(rounds: usize, mut work: impl FnMut()) -> f64 {
+    work();
+    let round = |_| {
+        let start = now();
+        work();
+        now() - start
+    };
+    let mut times = (0..rounds).map(round).collect::<Vec<_>>();
+    times.sort_by(f64::total_cmp);
+    times[rounds / 2]
+}
+
+/// One row of the fill data.
+struct Fill {
+    rasterizer: String,
+    legs_px: u32,
+    seconds: f64,
+}
+
+fn options(isa: Isa, mode: Mode) -> Options {
+    Options {
+        mode,
+        near: 1.0,
+        isa: Some(isa),
+        ..Options::default()
+    }
+}
+
+fn fill() -> Vec<Fill> {
+    let mut rows = Vec::new();
+    for legs_px in LEGS_PX {
+        let triangles = generate::right_triangles(1, TRIANGLES, legs_px as f32, SIZE);
+        for isa in Isa::available() {
+            for (name, mode) in MODES {
+                let mut msoc = Msoc::new(SIZE, options(isa, mode)).expect("a size within bounds");
+                let seconds = median(ROUNDS, || {
+                    msoc.clear();
+                    msoc.rasterize_clip(&triangles);
+                });
+                let rasterizer = format!("{} {name}", isa.name().name());
+                rows.push(Fill {
+                    rasterizer,
+                    legs_px,
+                    seconds,
+                });
+            }
+            let mut hiz =
+                SoftwareHiZ::new(SIZE, &options(isa, Mode::Paper)).expect("a size within bounds");
+            let seconds = median(5, || {
+                hiz.clear();
+                hiz.rasterize_clip(&triangles);
+                hiz.reduce();
+            });
+            let rasterizer = format!("{} full-resolution Hi-Z", isa.name().name());
+            rows.push(Fill {
+                rasterizer,
+                legs_px,
+                seconds,
+            });
+        }
+    }
+    rows
+}
+
+/// Nanoseconds per rectangle query, by size of the rectangle, and the share answered "occluded".
+fn queries(report: &mut String) {
+    let _ = writeln!(
+        report,
+        "\n## Rectangle queries\n\nNanoseconds each, of 4,096 random rectangles over the buffer of 50 px triangles.\n"
+    );
+    let _ = writeln!(
+        report,
+        "| instruction set | rectangle | paper | inner | occluded (paper) |\n|---|---|---|---|---|"
+    );
+    let triangles = generate::right_triangles(1, TRIANGLES, 50.0, SIZE);
+    for isa in Isa::available() {
+        for side_px in [8, 32, 100] {
+            let mut random = fastrand::Rng::with_seed(7);
+            let rect = |_| {
+                let min: [f32; 2] = std::array::from_fn(|_| random.f32() * 1.9 - 1.0);
+                let max = std::array::from_fn(|axis| {
+                    min[axis] + 2.0 * side_px as f32 / SIZE[axis] as f32
+                });
+                Rect {
+                    min,
+                    max,
+                    nearest_w: 5.0 + 110.0 * random.f32(),
+                }
+            };
+            let rects = (0..4096).map(rect).collect::<Vec<_>>();
+            let mut row = format!("| {} | {side_px}x{side_px} px |", isa.name().name());
+            let mut occluded = 0;
+            for (_, mode) in MODES.into_iter().rev() {
+                let mut msoc = Msoc::new(SIZE, options(isa, mode)).expect("a size within bounds");
+                msoc.rasterize_clip(&triangles);
+                let seconds = median(ROUNDS, || {
+                    let hidden = rects
+                        .iter()
+                        .filter(|rect| msoc.query_rect(rect) == Visibility::Occluded);
+                    occluded = std::hint::black_box(hidden.count());
+                });
+                let cell = format!(" {:.1} |", seconds * 1e9 / rects.len() as f64);
+                row.insert_str(row.find("px |").expect("the size") + 4, &cell);
+            }
+            let _ = writeln!(
+                report,
+                "{row} {:.0} % |",
+                100.0 * occluded as f64 / rects.len() as f64
+            );
+        }
+    }
+}
+
+fn machine() -> String {
+    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpu
+        .lines()
+        .find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let family = cpu
+        .lines()
+        .find_map(|line| line.strip_prefix("cpu family")?.split_once(": "));
+    let (model, family) = (
+        model.map_or("unknown", |m| m.1),
+        family.map_or("unknown", |m| m.1),
+    );
+    format!(
+        "{model} (family {family}), {} {}, {} cores visible",
+        std::env::consts::ARCH,
+        std::env::consts::OS,
+        rayon::current_num_threads()
+    )
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments = std::env::args().collect::<Vec<_>>();
+    let out = arguments.iter().position(|argument| argument == "--out");
+    let out = out
+        .and_then(|index| arguments.get(index + 1))
+        .map(PathBuf::from);
+
+    let mut report = format!(
+        "Machine: {}. One thread, 1920x1080, thread CPU time, medians of {ROUNDS} rounds.\n",
+        machine()
+    );
+    let rows = fill();
+    let mut csv =
+        "rasterizer,legs_px,triangles,ms,million_triangles_per_second,ns_per_pixel\n".to_owned();
+    for Fill {
+        rasterizer,
+        legs_px,
+        seconds,
+    } in &rows
+    {
+        let pixels = f64::from(legs_px * legs_px) / 2.0 * TRIANGLES as f64;
+        let (ms, rate) = (seconds * 1e3, TRIANGLES as f64 / seconds * 1e-6);
+        let _ = writeln!(
+            csv,
+            "{rasterizer},{legs_px},{TRIANGLES},{ms:.3},{rate:.2},{:.4}",
+            seconds * 1e9 / pixels
+        );
+    }
+    let _ = writeln!(
+        report,
+        "\n## Fig. 11: million triangles per second\n\n32,768 right triangles, back to front, by length of their legs. Hi-Z includes the reduction.\n"
+    );
+    let _ = writeln!(
+        report,
+        "| rasterizer | {} |\n|---|{}",
+        LEGS_PX.map(|legs| format!("{legs} px")).join(" | "),
+        "---|".repeat(LEGS_PX.len())
+    );
+    let mut names = rows
+        .iter()
+        .map(|row| row.rasterizer.as_str())
+        .collect::<Vec<_>>();
+    names.sort_unstable();
+    names.dedup();
+    for name in &names {
+        let of_name = rows.iter().filter(|row| row.rasterizer == *name);
+        let cells = of_name
+            .map(|row| format!("{:.2}", TRIANGLES as f64 / row.seconds * 1e-6))
+            .collect::<Vec<_>>();
+        let _ = writeln!(report, "| {name} | {} |", cells.join(" | "));
+    }
+    queries(&mut report);
+    scene::table(&mut report)?;
+    accuracy::table(&mut report)?;
+    println!("{report}");
+    if let Some(out) = out {
+        std::fs::create_dir_all(&out)?;
+        std::fs::write(out.join("fill.csv"), csv)?;
+        std::fs::write(out.join("tables.md"), &report)?;
+        plot::fill(&out.join("fill.svg"), &rows)?;
+    }
+    Ok(())
+}
