@@ -1,5 +1,5 @@
 # The commands of the README. Each does its own set-up.
-.PHONY: demo test lint mutants bench clean
+.PHONY: demo test lint mutants bench msoc-exactness clean
 .DEFAULT_GOAL := demo
 
 SHELL := bash
@@ -36,7 +36,11 @@ mutants:
 	$(CARGO) test --locked -p hroc-tests --test mutants -- --nocapture --test-threads=1
 
 bench:
-	$(CARGO) bench --locked -p hroc-format -p hroc-preprocess
+	$(CARGO) bench --locked -p hroc-format -p hroc-preprocess -p hroc-msoc
+
+# Ten million random triangles and queries against the reference. Takes minutes.
+msoc-exactness:
+	$(CARGO) test --release --locked -p hroc-msoc --test inner -- --ignored --nocapture
 
 clean:
 	$(CARGO) clean

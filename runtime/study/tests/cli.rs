@@ -492,3 +492,72 @@ fn hard_cases_are_listed_and_unknown_ones_told() {
     assert_eq!(unknown.status.code(), Some(2));
     assert!(text(&unknown.stderr).contains("around-the-eye"));
 }
+
+/// A replay file in a folder of its own.
+fn replay() -> (TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("frame.moc");
+    let mut bytes = Vec::new();
+    let frame = hroc_msoc::replay::Replay::random(1, [160, 90], 50, 21);
+    frame.write(&mut bytes).unwrap();
+    fs::write(&path, bytes).unwrap();
+    (folder, path.to_str().unwrap().into())
+}
+
+fn msoc(arguments: &[&str]) -> Output {
+    let mut command = Command::cargo_bin("hroc").unwrap();
+    command.arg("msoc").args(arguments).output().unwrap()
+}
+
+#[test]
+fn msoc_plays_a_recorded_frame() {
+    let (_folder, file) = replay();
+    for isa in ["portable", "avx2", "avx512"] {
+        let known = hroc_msoc::IsaName::from_name(isa).unwrap();
+        let output = msoc(&[
+            &file,
+            "--isa",
+            isa,
+            "--threads",
+            "2",
+            "--repeat",
+            "3",
+            "--check",
+            "--json",
+        ]);
+        if hroc_msoc::Isa::new(known).is_none() {
+            assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
+            continue;
+        }
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(report["isa"], isa);
+        assert_eq!(report["raster_ms_all"].as_array().unwrap().len(), 3);
+        assert_eq!(report["visible_bits"].as_str().unwrap().len(), 6);
+        assert!(report["check"]["reference_occluded"].as_u64().unwrap() > 0);
+    }
+    let output = msoc(&[&file, "--mode", "inner", "--check"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(
+        text(&output.stdout).contains("falsely occluded    0\n"),
+        "{}",
+        text(&output.stdout)
+    );
+}
+
+#[test]
+fn msoc_refuses_what_is_no_replay() {
+    let (folder, file) = replay();
+    fs::write(&file, b"glTF").unwrap();
+    let output = msoc(&[&file]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(
+        text(&output.stderr).contains("frame.moc: byte 0"),
+        "{}",
+        text(&output.stderr)
+    );
+    let missing = folder.path().join("none.moc");
+    assert_eq!(msoc(&[missing.to_str().unwrap()]).status.code(), Some(3));
+    assert_eq!(msoc(&[&file, "--isa", "mmx"]).status.code(), Some(2));
+    assert_eq!(msoc(&[&file, "--threads", "0"]).status.code(), Some(2));
+}

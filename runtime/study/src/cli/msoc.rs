@@ -10,8 +10,17 @@ use hroc_msoc::{IsaName, Mode};
 use super::{Destination, JsonOutput, to_stdout};
 use crate::error::{StudyError, exit};
 
+const EXAMPLES: &str = "\
+Examples:
+  hroc msoc frame.moc                              times and answers with the best instructions there are
+  hroc msoc frame.moc --mode inner --check         and whether anything is hidden that a GPU would show
+  hroc msoc frame.moc --isa avx2 --threads 4 --json=frame.json
+
+The crate hroc-msoc documents the file (module replay); its example random_replay writes one.";
+
 /// Options of `hroc msoc`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct MsocArguments {
     /// A replay file: occluders and queries of one frame.
     file: PathBuf,
@@ -34,7 +43,7 @@ pub(super) struct MsocArguments {
     #[arg(long)]
     check: bool,
     /// Write the results as JSON; to the standard output if no file is named.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     json: Option<Destination>,
 }
 
