@@ -88,9 +88,9 @@ fn triangle(random: &mut fastrand::Rng, size: [u32; 2], near: f32) -> [[f32; 4];
         // Thin: the third vertex near the line through the others.
         2 => {
             let (t, off) = (random.f32(), random.f32() * random.f32());
-            for axis in 0..2 {
-                points[2][axis] = points[0][axis] + t * (points[1][axis] - points[0][axis]) + off;
-            }
+            let ([x0, y0, _], [x1, y1, _]) = (points[0], points[1]);
+            points[2][0] = x0 + t * (x1 - x0) + off;
+            points[2][1] = y0 + t * (y1 - y0) + off;
         }
         _ => {}
     }

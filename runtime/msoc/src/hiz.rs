@@ -229,7 +229,7 @@ impl Pixels<'_> {
                     let at = line + x as usize;
                     let pixels: &mut [u32] =
                         bytemuck::cast_slice_mut(&mut self.depth[at..at + S::LANES]);
-                    let old = s.from_bits(s.load(pixels));
+                    let old = s.of_bits(s.load(pixels));
                     s.store(s.bits(s.select(inside, s.max(old, depth), old)), pixels);
                     x += lanes;
                 }
@@ -258,7 +258,7 @@ impl Kernel for Reduce<'_> {
                 for row in rows.chunks_exact(self.stride) {
                     least = s.min(
                         least,
-                        s.from_bits(s.load(bytemuck::cast_slice(&row[from..from + S::LANES]))),
+                        s.of_bits(s.load(bytemuck::cast_slice(&row[from..from + S::LANES]))),
                     );
                 }
                 let mut columns = [f32::INFINITY.to_bits(); 16];

@@ -209,7 +209,7 @@ impl Kernel for HidesRect<'_> {
                     touched &= last_columns;
                 }
                 let tile = &row[tile_x as usize * 3 * S::LANES..][..3 * S::LANES];
-                let hidden = s.mask_bits(s.lt(nearest_all, s.from_bits(s.load(tile))));
+                let hidden = s.mask_bits(s.lt(nearest_all, s.of_bits(s.load(tile))));
                 let mut seen = !hidden & touched;
                 // The reference layer does not hide these: perhaps the working layer does.
                 while seen != 0 {

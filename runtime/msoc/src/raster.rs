@@ -232,7 +232,7 @@ fn row_spans<S: Simd>(
 fn update<S: Simd>(s: S, tile: &mut [u32], depth: S::F, run: S::I) {
     let (reference_words, tile) = tile.split_at_mut(S::LANES);
     let (working_words, mask_words) = tile.split_at_mut(S::LANES);
-    let reference = s.from_bits(s.load(reference_words));
+    let reference = s.of_bits(s.load(reference_words));
     let nearer = s.lt(reference, depth);
     if s.mask_bits(nearer) == 0 {
         return;
@@ -241,7 +241,7 @@ fn update<S: Simd>(s: S, tile: &mut [u32], depth: S::F, run: S::I) {
     let covered = s.keep(nearer, s.transpose_bytes(run));
     let untouched = s.eq_i(covered, none);
 
-    let working = s.from_bits(s.load(working_words));
+    let working = s.of_bits(s.load(working_words));
     let mask = s.load(mask_words);
     let empty = s.splat(EMPTY);
     // Discard the working layer if the primitive is farther from it than it is from the reference layer.

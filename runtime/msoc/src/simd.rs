@@ -53,7 +53,7 @@ pub(crate) trait Simd: Copy {
     /// The same bits.
     fn bits(self, a: Self::F) -> Self::I;
     /// The same bits.
-    fn from_bits(self, a: Self::I) -> Self::F;
+    fn of_bits(self, a: Self::I) -> Self::F;
 
     fn add_i(self, a: Self::I, b: Self::I) -> Self::I;
     fn min_i(self, a: Self::I, b: Self::I) -> Self::I;

@@ -113,7 +113,7 @@ fn ten_million_triangles_and_queries() {
         triangles += scenes * 23;
         (ours, reference) = (ours + a, reference + b);
     }
-    println!(
+    eprintln!(
         "{triangles} triangles, 0 false-occluded; {ours} of {reference} hidden rectangles found hidden"
     );
 }

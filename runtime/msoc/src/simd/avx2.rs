@@ -86,7 +86,7 @@ impl Simd for Avx2 {
         unsafe { _mm256_castps_si256(a) }
     }
     #[inline(always)]
-    fn from_bits(self, a: Self::I) -> Self::F {
+    fn of_bits(self, a: Self::I) -> Self::F {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm256_castsi256_ps(a) }
     }

@@ -89,7 +89,7 @@ impl Simd for Avx512 {
         unsafe { _mm512_castps_si512(a) }
     }
     #[inline(always)]
-    fn from_bits(self, a: Self::I) -> Self::F {
+    fn of_bits(self, a: Self::I) -> Self::F {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm512_castsi512_ps(a) }
     }

@@ -78,7 +78,7 @@ impl Simd for Portable {
         a.map(|a| a.to_bits() as i32)
     }
     #[inline(always)]
-    fn from_bits(self, a: Self::I) -> Self::F {
+    fn of_bits(self, a: Self::I) -> Self::F {
         a.map(|a| f32::from_bits(a as u32))
     }
     #[inline(always)]
@@ -139,7 +139,7 @@ impl Simd for Portable {
     }
     #[inline(always)]
     fn select(self, mask: Self::M, yes: Self::F, no: Self::F) -> Self::F {
-        self.from_bits(self.select_i(mask, self.bits(yes), self.bits(no)))
+        self.of_bits(self.select_i(mask, self.bits(yes), self.bits(no)))
     }
     #[inline(always)]
     fn select_i(self, mask: Self::M, yes: Self::I, no: Self::I) -> Self::I {

@@ -18,7 +18,7 @@ impl Kernel for Everything<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Vec<u32> {
         let (a_i, b_i) = (s.load(self.0), s.load(self.1));
-        let (a, b) = (s.from_bits(a_i), s.from_bits(b_i));
+        let (a, b) = (s.of_bits(a_i), s.of_bits(b_i));
         let low = |v| s.and(v, s.splat_i(0xFFFF));
         let (less, equal, greater) = (s.lt(a, b), s.eq_i(a_i, b_i), s.gt_i(a_i, b_i));
         let bounded = s.max(s.min(a, s.splat(1e9)), s.splat(-1e9));
