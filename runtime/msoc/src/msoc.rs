@@ -151,6 +151,18 @@ impl Msoc {
         self.ask(self.box_footprint(clip_from_world, bounds).1)
     }
 
+    /// The numbers of the boxes that can be seen, in order.
+    pub fn visible<'a>(
+        &self,
+        clip_from_world: &Matrix4,
+        bounds: impl IntoIterator<Item = &'a Aabb>,
+    ) -> Vec<u32> {
+        let numbered = (0..).zip(bounds);
+        let seen = numbered
+            .filter(|(_, bounds)| self.query_box(clip_from_world, bounds) == Visibility::Visible);
+        seen.map(|(number, _)| number).collect()
+    }
+
     /// Whether a sphere in world space can be seen.
     pub fn query_sphere(
         &self,

@@ -1,6 +1,6 @@
 //! One result, whatever the instruction set and the number of threads.
 
-use hroc_msoc::{Isa, IsaName, Mode, Msoc, Options, generate};
+use hroc_msoc::{Depth, Isa, IsaName, Mode, Msoc, Options, Rect, generate};
 
 const NEAR: f32 = 0.5;
 
@@ -49,6 +49,62 @@ fn instruction_sets_agree_bit_for_bit() {
                     assert!(
                         with(isa) == portable,
                         "{isa:?} {mode:?} {size:?} seed {seed}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn any_bits_are_taken() {
+    // Floats of every kind, NaN and infinity among them: no panic, and the same result everywhere.
+    let mut random = fastrand::Rng::with_seed(9);
+    for depth in [Depth::InverseW, Depth::Reversed, Depth::Standard] {
+        for mode in [Mode::Paper, Mode::INNER] {
+            for _ in 0..50 {
+                let mut any = || match random.u8(0..4) {
+                    0 => f32::from_bits(random.u32(..)),
+                    1 => f32::from_bits(random.u32(..)) % 100.0,
+                    _ => random.f32() * 4.0 - 1.0,
+                };
+                let triangles: Vec<_> = (0..100)
+                    .map(|_| [0; 3].map(|_| [0; 4].map(|_| any())))
+                    .collect();
+                let boxes: Vec<_> = (0..20)
+                    .map(|_| [0; 8].map(|_| [0; 4].map(|_| any())))
+                    .collect();
+                let rects: Vec<_> = (0..20)
+                    .map(|_| Rect {
+                        min: [any(), any()],
+                        max: [any(), any()],
+                        nearest_w: any(),
+                    })
+                    .collect();
+                let with = |isa| {
+                    let options = Options {
+                        depth,
+                        mode,
+                        near: NEAR,
+                        isa: Some(isa),
+                        ..Options::default()
+                    };
+                    let mut msoc = Msoc::new([70, 40], options).unwrap();
+                    msoc.rasterize_clip(&triangles);
+                    let pixels = (0..40).flat_map(|y| (0..70).map(move |x| [x, y]));
+                    let depth: Vec<_> = pixels.map(|pixel| msoc.depth(pixel).to_bits()).collect();
+                    let boxes: Vec<_> = boxes
+                        .iter()
+                        .map(|corners| msoc.query_box_clip(corners))
+                        .collect();
+                    let rects: Vec<_> = rects.iter().map(|rect| msoc.query_rect(rect)).collect();
+                    (depth, boxes, rects)
+                };
+                let portable = with(Isa::new(IsaName::Portable).unwrap());
+                for isa in Isa::available() {
+                    assert!(
+                        with(isa) == portable,
+                        "{isa:?} {depth:?} {mode:?} {triangles:?}"
                     );
                 }
             }

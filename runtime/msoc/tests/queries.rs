@@ -79,6 +79,8 @@ fn boxes_and_spheres_in_front_of_beside_and_behind_a_wall() {
                 ([30.0, 0.0, -6.0], 0.5, Outside),
                 ([0.0, 0.0, 3.0], 1.0, Outside),
             ] {
+                let seen = msoc.visible(&matrix, &[cube(centre, half)]);
+                assert_eq!(seen, if expected == Visible { vec![0] } else { vec![] });
                 let what = format!("{depth:?} {mode:?} {centre:?} {half}");
                 assert_eq!(
                     msoc.query_box(&matrix, &cube(centre, half)),
