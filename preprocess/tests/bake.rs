@@ -7,7 +7,7 @@ use hroc_preprocess::progress::Silent;
 use hroc_preprocess::scene::{
     AlphaMode, SourceCamera, SourceFile, SourceMesh, SourceObject, SourceScene,
 };
-use hroc_preprocess::tree::BUILDERS;
+use hroc_preprocess::tree;
 
 /// A small generator of numbers in 0..1, the same on every run.
 struct Numbers(u64);
@@ -212,7 +212,7 @@ fn an_empty_scene_has_no_trees() {
 fn options_leave_out_what_they_say() {
     let source = scene(10, DVec3::ZERO);
     let options = BakeOptions {
-        splits: vec![BUILDERS[1]],
+        splits: vec![tree::by_name("middle").unwrap()],
         normals: false,
         ..Default::default()
     };

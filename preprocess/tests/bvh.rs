@@ -106,8 +106,8 @@ fn check(tree: &Bvh, boxes: &[Bounds], case: &str) {
 #[test]
 fn trees_are_well_formed_over_boxes_of_every_kind() {
     for (kind, boxes) in boxes::all_kinds() {
-        for builder in tree::BUILDERS {
-            let tree = build(&boxes, *builder);
+        for builder in tree::builders() {
+            let tree = build(&boxes, builder);
             assert_eq!(tree.split, builder.name());
             check(&tree, &boxes, &format!("{kind}, {}", builder.name()));
         }
@@ -118,13 +118,13 @@ fn trees_are_well_formed_over_boxes_of_every_kind() {
 fn trees_do_not_depend_on_the_number_of_threads() {
     // Large enough that the top of the tree is built in parallel.
     let boxes = boxes::clustered(40_000, 3);
-    for builder in tree::BUILDERS {
+    for builder in tree::builders() {
         let trees = [1, 2, 16].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            pool.install(|| build(&boxes, *builder))
+            pool.install(|| build(&boxes, builder))
         });
         assert!(
             trees[0] == trees[1] && trees[0] == trees[2],
@@ -143,13 +143,8 @@ fn a_million_identical_boxes_make_a_balanced_tree() {
         };
         1 << 20
     ];
-    for builder in tree::BUILDERS {
-        assert_eq!(
-            build(&boxes, *builder).stats.depth,
-            20,
-            "{}",
-            builder.name()
-        );
+    for builder in tree::builders() {
+        assert_eq!(build(&boxes, builder).stats.depth, 20, "{}", builder.name());
     }
 }
 
@@ -160,8 +155,8 @@ fn stats_of_a_tree_known_by_hand() {
         min: [x, 0.0, 0.0],
         max: [x + 1.0, 1.0, 1.0],
     };
-    for builder in tree::BUILDERS {
-        let stats = build(&[cube(0.0), cube(0.75)], *builder).stats;
+    for builder in tree::builders() {
+        let stats = build(&[cube(0.0), cube(0.75)], builder).stats;
         let root = 2.0 * (1.75 + 1.75 + 1.0);
         assert_eq!(stats.depth, 1);
         assert_eq!(stats.mean_leaf_depth, 1.0);
@@ -188,7 +183,7 @@ fn what_is_no_box_is_refused_by_name() {
         min: [0.0, 2.0, 0.0],
         max: [1.0; 3],
     };
-    for builder in tree::BUILDERS {
+    for builder in tree::builders() {
         assert_eq!(builder.build(&[]).unwrap_err(), BuildError::NoObjects);
         for bad in [nan, infinite] {
             let error = builder.build(&[good, good, bad]).unwrap_err();
@@ -208,11 +203,11 @@ fn what_is_no_box_is_refused_by_name() {
 
 #[test]
 fn builders_have_distinct_names_and_are_found_by_them() {
-    for (i, builder) in tree::BUILDERS.iter().enumerate() {
+    for (i, builder) in tree::builders().enumerate() {
         let found = tree::by_name(builder.name()).map(TreeBuilder::name);
         assert_eq!(found, Some(builder.name()));
         assert!(!builder.describe().is_empty());
-        let mut before = tree::BUILDERS[..i].iter();
+        let mut before = tree::builders().take(i);
         assert!(before.all(|other| other.name() != builder.name()));
     }
     assert!(tree::by_name("no such builder").is_none());
@@ -233,8 +228,8 @@ fn many_equal_boxes_among_others_make_a_shallow_tree() {
         let copied = boxes[i];
         boxes.extend([copied; 500]);
     }
-    for builder in tree::BUILDERS {
-        check(&build(&boxes, *builder), &boxes, builder.name());
+    for builder in tree::builders() {
+        check(&build(&boxes, builder), &boxes, builder.name());
     }
 }
 
@@ -303,8 +298,8 @@ fn obvhs_accepts_the_trees() {
             .iter()
             .map(|b| obvhs::aabb::Aabb::new(b.min.into(), b.max.into()))
             .collect();
-        for builder in tree::BUILDERS {
-            let tree = build(&boxes, *builder);
+        for builder in tree::builders() {
+            let tree = build(&boxes, builder);
             let seen = to_obvhs(&tree).validate(&aabbs, false, true);
             assert_eq!(seen.leaf_count, boxes.len(), "{kind}, {}", builder.name());
             assert_eq!(
@@ -336,8 +331,8 @@ fn any_box() -> impl Strategy<Value = Bounds> {
 proptest! {
     #[test]
     fn any_finite_boxes_make_a_well_formed_tree(boxes in prop::collection::vec(any_box(), 1..200)) {
-        for builder in tree::BUILDERS {
-            check(&build(&boxes, *builder), &boxes, builder.name());
+        for builder in tree::builders() {
+            check(&build(&boxes, builder), &boxes, builder.name());
         }
     }
 }

@@ -300,6 +300,9 @@ fn cameras_and_animations_are_chosen_by_name() {
     assert!(error.contains("no animation \"outtake\""), "{error}");
 }
 
+/// What a test does to a good file.
+type Change<'a> = &'a dyn Fn(&mut Value);
+
 #[test]
 fn faults_are_named_with_their_place() {
     let values = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
@@ -312,7 +315,7 @@ fn faults_are_named_with_their_place() {
     let sampler = |root: &mut Value, name: &str, value: Value| {
         root["animations"][0]["samplers"][0][name] = value;
     };
-    let cases: [(&dyn Fn(&mut Value), &str); 8] = [
+    let cases: [(Change, &str); 8] = [
         (
             &|root| sampler(root, "interpolation", json!("QUINTIC")),
             "unknown interpolation \"QUINTIC\"",

@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::Vec3;
 use hroc_preprocess::camera_path::CameraPath;
 use hroc_preprocess::generate::{
     self, GENERATORS, GenerateError, Generator, GlbStats, Model, Params, ScenePath, Shape,
@@ -276,6 +277,66 @@ fn geometry_is_finite_and_no_triangle_is_empty() {
     }
 }
 
+/// The eye is never within a thing, at full scale; seen by the box of each thing in its own frame, or by
+/// its sphere for rocks.
+#[test]
+fn no_path_leads_through_anything() {
+    for generator in GENERATORS {
+        let model = generator.model(&Params {
+            detail: 0.02,
+            ..Params::default()
+        });
+        let bounds: Vec<_> = model
+            .meshes
+            .iter()
+            .map(|mesh| {
+                let points = || mesh.shape.positions.iter().copied();
+                (
+                    points().reduce(Vec3::min).unwrap(),
+                    points().reduce(Vec3::max).unwrap(),
+                )
+            })
+            .collect();
+        for ScenePath { name, path } in &model.paths {
+            let eyes: Vec<Vec3> = path
+                .keys()
+                .iter()
+                .map(|key| glam::DVec3::from_array(key.position).as_vec3())
+                .collect();
+            for group in &model.groups {
+                let group_from_world = group.rotation.inverse();
+                let eyes = eyes
+                    .iter()
+                    .map(|&eye| group_from_world * (eye - group.translation));
+                let eyes: Vec<Vec3> = eyes.collect();
+                for part in &group.parts {
+                    let mesh = &model.meshes[part.mesh];
+                    // A height field: its box is empty above the ground.
+                    if mesh.name.starts_with("terrain") {
+                        continue;
+                    }
+                    let (min, max) = bounds[part.mesh];
+                    let from_group = part.rotation.inverse();
+                    let is_within = |eye: &Vec3| {
+                        let p = from_group * (*eye - part.translation) / part.scale;
+                        let in_box = p.cmpge(min).all() && p.cmple(max).all();
+                        let is_rock = generator.name() == "satellites";
+                        in_box && (!is_rock || p.length() < 0.5)
+                    };
+                    let at = eyes.iter().position(is_within);
+                    assert!(
+                        at.is_none(),
+                        "{} {name}: key {at:?} lies in {} of {}",
+                        generator.name(),
+                        mesh.name,
+                        group.name
+                    );
+                }
+            }
+        }
+    }
+}
+
 /// Nothing solid at eye height along the middle of the streets and avenues.
 #[test]
 fn the_streets_of_the_radial_city_can_be_walked() {
@@ -319,10 +380,9 @@ fn boxes_at_height(model: &Model, height: f32) -> Vec<[f32; 4]> {
                 let in_group = part.translation + part.rotation * (part.scale * p);
                 group.translation + group.rotation * in_group
             });
-            let (min, max) = points.fold(
-                (glam::Vec3::INFINITY, glam::Vec3::NEG_INFINITY),
-                |(min, max), p| (min.min(p), max.max(p)),
-            );
+            let (min, max) = points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), p| {
+                (min.min(p), max.max(p))
+            });
             if min.y < height && height < max.y {
                 boxes.push([min.x, max.x, min.z, max.z]);
             }

@@ -49,9 +49,9 @@ fn default_names() -> Vec<String> {
 }
 
 fn builders() -> PossibleValuesParser {
-    tree::BUILDERS
-        .iter()
+    tree::builders()
         .map(|builder| clap::builder::PossibleValue::new(builder.name()).help(builder.describe()))
+        .collect::<Vec<_>>()
         .into()
 }
 

@@ -99,27 +99,18 @@ fn walk(reach: f64) -> crate::camera_path::CameraPath {
     const EYE: f64 = 1.7;
     let street = 0.5 * PITCH[1];
     let far = dvec3(0.62 * reach, 0.34 * reach, 0.72 * reach);
+    // Above the street before the roofs are near.
+    let turn_in = dvec3((0.5 * reach).max(150.0), 0.14 * reach + 16.0, street);
+    let gate = |x: f64, y: f64, z: f64| dvec3(HALL_X + x, EYE + y, z);
     route(
         0.1,
         &[
             stop(0.0, far, dvec3(0.0, -20.0, 0.0)),
-            stop(2.5, far * dvec3(0.75, 0.45, 0.5), dvec3(0.0, 0.0, street)),
-            stop(4.5, dvec3(96.0, 4.0, street), dvec3(20.0, EYE, street)),
-            stop(
-                7.5,
-                dvec3(14.0, EYE, street),
-                dvec3(-16.0, EYE + 0.4, street - 1.0),
-            ),
-            stop(
-                8.7,
-                dvec3(HALL_X + 3.0, EYE, street - 2.0),
-                dvec3(HALL_X - 6.0, EYE + 0.4, 8.0),
-            ),
-            stop(
-                10.0,
-                dvec3(HALL_X, EYE, 20.5),
-                dvec3(HALL_X - 1.0, EYE + 0.6, 0.0),
-            ),
+            stop(2.8, turn_in, dvec3(0.3 * reach, 0.0, street)),
+            stop(4.8, dvec3(96.0, 4.0, street), dvec3(20.0, EYE, street)),
+            stop(7.5, dvec3(14.0, EYE, street), gate(-4.0, 0.4, street - 1.0)),
+            stop(8.7, gate(3.0, 0.0, street - 2.0), gate(-6.0, 0.4, 8.0)),
+            stop(10.0, gate(0.0, 0.0, 20.5), gate(-1.0, 0.6, 0.0)),
         ],
     )
 }
@@ -552,7 +543,7 @@ impl Block<'_> {
     fn barrel(&mut self, x: f64, y: f64, z: f64) {
         let kind = self.kit.barrels[self.rng.below(3)];
         let (width, height) = (self.within(0.55, 0.62), self.within(0.85, 0.95));
-        let turn = turn_y(self.within(0.0, 6.28));
+        let turn = turn_y(self.within(0.0, TAU));
         self.sketch
             .part(kind, 0, dvec3(x, y, z), turn, dvec3(width, height, width));
     }

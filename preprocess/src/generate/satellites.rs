@@ -168,11 +168,13 @@ fn any_turn(rng: &mut Rng) -> DQuat {
     (turn(axis, TAU * f64::from(rng.unit())) * turn_y(TAU * f64::from(rng.unit()))).normalize()
 }
 
-/// The rocks so far, in grids of cells of which each is at least as wide as its rocks.
+/// Level, and place in the grid of that level.
+type Cell = (i32, [i32; 3]);
+
+/// The rocks so far, by centre and reach, in grids of cells of which each is at least as wide as its rocks.
 #[derive(Default)]
 struct Swarm {
-    /// By level and cell: centres and radii.
-    cells: HashMap<(i32, [i32; 3]), Vec<(DVec3, f64)>>,
+    cells: HashMap<Cell, Vec<(DVec3, f64)>>,
     /// Levels in use.
     levels: Vec<i32>,
 }

@@ -1,8 +1,8 @@
 //! The tree builders: everything that can make a tree over objects, by name. Each
 //! [`SplitRule`] is one, through the top-down builder of [`crate::bvh`]; others bring their own way.
 //!
-//! A new builder is one file here and one line in [`BUILDERS`]; the command line, the bake and the tests
-//! then know it.
+//! A new builder is one file here and one line in [`OTHERS`], a new split rule one file and one line in
+//! [`RULES`]; the command line, the bake and the tests then know it.
 
 mod ploc;
 mod ploc_reinsert;
@@ -11,26 +11,26 @@ pub use ploc::Ploc;
 pub use ploc_reinsert::PlocReinsert;
 
 use crate::bvh::{self, BuildError};
-use crate::split::{EqualCount, Middle, Sah, SplitRule};
+use crate::split::{RULES, SplitRule};
 use hroc_format::{Bounds, Bvh};
 
-/// Every builder, the default first.
-pub const BUILDERS: &[&dyn TreeBuilder] = &[&Sah, &Middle, &EqualCount, &Ploc, &PlocReinsert];
+/// The builders that are no split rules.
+pub const OTHERS: &[&dyn TreeBuilder] = &[&Ploc, &PlocReinsert];
+
+/// Every builder: the split rules first.
+pub fn builders() -> impl Iterator<Item = &'static dyn TreeBuilder> {
+    let rules = RULES.iter().map(|rule| rule as &dyn TreeBuilder);
+    rules.chain(OTHERS.iter().copied())
+}
 
 /// The builder of that name.
 pub fn by_name(name: &str) -> Option<&'static dyn TreeBuilder> {
-    BUILDERS
-        .iter()
-        .copied()
-        .find(|builder| builder.name() == name)
+    builders().find(|builder| builder.name() == name)
 }
 
 /// The builders whose trees are baked unless others are asked for.
 pub fn baked_by_default() -> impl Iterator<Item = &'static dyn TreeBuilder> {
-    BUILDERS
-        .iter()
-        .copied()
-        .filter(|builder| builder.is_baked_by_default())
+    builders().filter(|builder| builder.is_baked_by_default())
 }
 
 /// Makes trees over objects.
@@ -54,13 +54,13 @@ pub trait TreeBuilder: Sync {
     fn build(&self, bounds: &[Bounds]) -> Result<Bvh, BuildError>;
 }
 
-impl<Rule: SplitRule> TreeBuilder for Rule {
+impl TreeBuilder for &'static dyn SplitRule {
     fn name(&self) -> &'static str {
-        SplitRule::name(self)
+        SplitRule::name(*self)
     }
 
     fn describe(&self) -> &'static str {
-        SplitRule::describe(self)
+        SplitRule::describe(*self)
     }
 
     fn is_baked_by_default(&self) -> bool {
@@ -68,6 +68,6 @@ impl<Rule: SplitRule> TreeBuilder for Rule {
     }
 
     fn build(&self, bounds: &[Bounds]) -> Result<Bvh, BuildError> {
-        bvh::build(bounds, self)
+        bvh::build(bounds, *self)
     }
 }
