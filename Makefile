@@ -1,5 +1,5 @@
 # The commands of the README. Each does its own set-up.
-.PHONY: demo test lint mutants bench msoc-exactness clean
+.PHONY: demo test test-drivers test-validation lint mutants bench msoc-exactness clean
 .DEFAULT_GOAL := demo
 
 SHELL := bash
@@ -24,6 +24,23 @@ test:
 	@.ci/vulkan
 	$(CARGO) test --workspace --locked --all-targets --no-fail-fast
 	$(CARGO) test --workspace --locked --doc
+
+# The tests that cross crates again, on other software drivers than the installed one. Fetched, not installed.
+DRIVERS ?= swiftshader lavapipe-backports
+test-drivers:
+	@.ci/vulkan
+	@set -e; for driver in $(DRIVERS); do \
+		icd=$$(.ci/fetch-driver $$driver); echo "== on $$driver"; \
+		VK_DRIVER_FILES=$$icd VK_ICD_FILENAMES=$$icd $(CARGO) test --locked -p hroc-tests --tests --no-fail-fast; \
+	done
+
+# Random cameras under the Khronos validation layer. wgpu hands its messages on only where WGPU_DEBUG is set.
+CUTS ?= 10000
+test-validation:
+	@.ci/vulkan
+	@set -e; layer=$$(.ci/fetch-driver validation); \
+	WGPU_VALIDATION=1 WGPU_DEBUG=1 VK_LAYER_PATH=$$layer HROC_VALIDATION=1 HROC_CUTS=$(CUTS) \
+		$(CARGO) test --locked -p hroc-tests --test random_cuts -- --nocapture
 
 lint:
 	$(CARGO) fmt --all --check

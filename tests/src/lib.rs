@@ -1,8 +1,10 @@
 //! What the tests that cross crates share: a device, a host that draws, oracles.
 
 pub mod host;
+pub mod messages;
 pub mod oracle;
 pub mod slab;
+pub mod variants;
 
 use std::sync::OnceLock;
 
