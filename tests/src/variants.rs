@@ -1,50 +1,58 @@
 //! All ways to run the methods of the registry on a scene.
 
-use hroc_runtime::{CullingMethod, DepthConvention, Grouping};
-use hroc_study::registry::{Exactness, METHODS, Parts};
+use hroc_runtime::{CullingMethod, DepthConvention, Grouping, Scene};
+use hroc_study::registry::{Exactness, Knobs, METHODS, Mode, Parts};
 
 use crate::Gpu;
 use crate::host::World;
 
-/// Both forms of grouping.
-pub const GROUPINGS: [Grouping; 2] = [Grouping::Published, Grouping::Adaptive { box_cost: 64.0 }];
-
-/// Every exact method that the device can run, in every mode, with every tree, groupings in turn; with a name
-/// to tell it by.
+/// Every exact method of the registry in every exact mode with every tree; groupings and device paths in turn.
 pub fn exact_methods(
     gpu: &Gpu,
     world: &World,
     depth: DepthConvention,
 ) -> Vec<(String, Box<dyn CullingMethod>)> {
+    let adaptive = Grouping::Adaptive { box_cost: 64.0 };
+    let mut groupings = [Grouping::Published, adaptive].into_iter().cycle();
+    let paths = gpu.profile.every_path(gpu.device.features());
+    let mut paths = paths.into_iter().cycle();
     let mut methods = Vec::new();
-    let fit = |features: wgpu::Features| gpu.device.features().contains(features);
-    let exact = METHODS
-        .iter()
-        .filter(|m| m.exactness == Exactness::Exact && fit(m.features));
-    for method in exact {
-        let modes = if method.modes.is_empty() {
-            &[""]
-        } else {
-            method.modes
-        };
+    for method in METHODS {
         let trees = if method.uses_tree {
             &world.trees[..]
         } else {
             &world.trees[..1]
         };
-        for mode in modes {
-            for (tree, grouping) in trees.iter().zip(GROUPINGS.into_iter().cycle()) {
+        let exact = |mode: &&Mode| mode.exactness == Exactness::Exact;
+        for mode in method.modes.iter().filter(exact) {
+            // Seven combinations of paths and groupings beside three trees: all of them meet.
+            groupings.next();
+            for tree in trees {
+                let grouping = groupings.next().unwrap();
+                let profile = paths.next().unwrap();
+                let scene = Scene {
+                    profile,
+                    ..world.scene.clone()
+                };
                 let made = (method.make)(&Parts {
                     device: &gpu.device,
-                    queue: &gpu.queue,
-                    scene: &world.scene,
+                    scene: &scene,
                     tree: Some(tree),
                     depth,
-                    mode,
+                    mode: mode.name,
                     grouping,
+                    knobs: &Knobs::default(),
                     count_work: false,
                 });
-                let name = format!("{} {mode} {} {}", method.name, tree.split, grouping.name());
+                let name = format!(
+                    "{} {} {} {} {} {}",
+                    method.name,
+                    mode.label(),
+                    tree.split,
+                    grouping.name(),
+                    scene.profile.submission.name(),
+                    scene.profile.early_z.name()
+                );
                 methods.push((name, made));
             }
         }

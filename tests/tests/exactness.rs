@@ -2,69 +2,13 @@
 //! hard case, with every tree, in both depth conventions.
 
 use glam::{DVec3, DVec4};
-use hroc_runtime::{
-    CullingMethod, DepthConvention, Grouping, Hroc, HrocOptions, Noc, Projection, Scene,
-};
+use hroc_runtime::{DepthConvention, Hroc, HrocOptions, Noc, Projection};
 use hroc_study::hard_cases::{CASES, CaseFrame, Scale, case};
-use hroc_study::registry::{Exactness, Knobs, METHODS, Mode, Parts};
+use hroc_tests::gpu;
 use hroc_tests::host::{Difference, Host, World, difference};
-use hroc_tests::{Gpu, gpu};
+use hroc_tests::variants::exact_methods;
 
 const SIZE: [u32; 2] = Scale::Small.size();
-
-/// Every exact method of the registry in every exact mode with every tree; groupings and device paths in turn.
-fn methods(
-    gpu: &Gpu,
-    world: &World,
-    depth: DepthConvention,
-) -> Vec<(String, Box<dyn CullingMethod>)> {
-    let adaptive = Grouping::Adaptive { box_cost: 64.0 };
-    let mut groupings = [Grouping::Published, adaptive].into_iter().cycle();
-    let paths = gpu.profile.every_path(gpu.device.features());
-    let mut paths = paths.into_iter().cycle();
-    let mut methods = Vec::new();
-    for method in METHODS {
-        let trees = if method.uses_tree {
-            &world.trees[..]
-        } else {
-            &world.trees[..1]
-        };
-        let exact = |mode: &&Mode| mode.exactness == Exactness::Exact;
-        for mode in method.modes.iter().filter(exact) {
-            // Seven combinations of paths and groupings beside three trees: all of them meet.
-            groupings.next();
-            for tree in trees {
-                let grouping = groupings.next().unwrap();
-                let profile = paths.next().unwrap();
-                let scene = Scene {
-                    profile,
-                    ..world.scene.clone()
-                };
-                let made = (method.make)(&Parts {
-                    device: &gpu.device,
-                    scene: &scene,
-                    tree: Some(tree),
-                    depth,
-                    mode: mode.name,
-                    grouping,
-                    knobs: &Knobs::default(),
-                    count_work: false,
-                });
-                let name = format!(
-                    "{} {} {} {} {} {}",
-                    method.name,
-                    mode.label(),
-                    tree.split,
-                    grouping.name(),
-                    scene.profile.submission.name(),
-                    scene.profile.early_z.name()
-                );
-                methods.push((name, made));
-            }
-        }
-    }
-    methods
-}
 
 #[test]
 fn conservative_methods_give_the_depth_of_drawing_everything() {
@@ -77,7 +21,7 @@ fn conservative_methods_give_the_depth_of_drawing_everything() {
             let mut host = Host::new(gpu, &world, SIZE, depth);
             let mut noc = Noc::new(&gpu.device, &world.scene, depth);
             let mut views = (0..scene.view_count())
-                .map(|_| methods(gpu, &world, depth))
+                .map(|_| exact_methods(gpu, &world, depth))
                 .collect::<Vec<_>>();
             for (number, frame) in scene.frames.iter().enumerate() {
                 world.advance(gpu, number);

@@ -48,7 +48,7 @@ fn random_cuts_are_drawn_exactly_and_in_silence() {
     let worlds = SCENES.map(|name| {
         let scene = (case(name).unwrap().make)(Scale::Small);
         assert!(scene.source.objects.len() <= 1000, "{name}");
-        World::new(gpu, scene.bake().unwrap())
+        World::of_case(gpu, &scene)
     });
     let mut views = Vec::new();
     for (name, world) in SCENES.iter().zip(&worlds) {
@@ -56,7 +56,7 @@ fn random_cuts_are_drawn_exactly_and_in_silence() {
             views.push(View {
                 name: format!("{name} {depth:?}"),
                 world,
-                host: Host::new(gpu, &world.scene, Scale::Small.size(), depth),
+                host: Host::new(gpu, world, Scale::Small.size(), depth),
                 noc: Noc::new(&gpu.device, &world.scene, depth),
                 methods: exact_methods(gpu, world, depth),
             });
@@ -84,6 +84,7 @@ fn random_cuts_are_drawn_exactly_and_in_silence() {
             ));
         }
     }
+    gpu.check().unwrap();
     let told = messages::telling();
     assert!(
         failures.is_empty(),
@@ -97,7 +98,10 @@ fn random_cuts_are_drawn_exactly_and_in_silence() {
         told.len(),
         told.join("\n")
     );
-    eprintln!("{cuts} cuts on {}: nothing wrong, nothing said", gpu.name);
+    eprintln!(
+        "{cuts} cuts on {}: nothing wrong, nothing said",
+        gpu.info.name
+    );
 }
 
 /// A camera anywhere in and about the scene, turned any way, into an image of any size.
@@ -159,14 +163,9 @@ fn the_validation_layer_is_heard() {
 fn print_messages() {
     messages::listen(LevelFilter::Warn);
     let Some(gpu) = gpu() else { return };
-    let world = World::new(
-        gpu,
-        (case(SCENES[0]).unwrap().make)(Scale::Small)
-            .bake()
-            .unwrap(),
-    );
+    let world = World::of_case(gpu, &(case(SCENES[0]).unwrap().make)(Scale::Small));
     let depth = DepthConvention::Reversed;
-    let mut host = Host::new(gpu, &world.scene, Scale::Small.size(), depth);
+    let mut host = Host::new(gpu, &world, Scale::Small.size(), depth);
     let frame = random_frame(&mut Rng(1), &world);
     host.render_frame(&mut Noc::new(&gpu.device, &world.scene, depth), &frame);
     for message in messages::all() {
