@@ -3,12 +3,12 @@
 //! # Why an image is exact
 //!
 //! Let a fragment of object `x` show at pixel `p` with depth `d`, and let `x` not be in V. The fragment was
-//! kept by `hroc_keeps` (object.wgsl), so the ray through `p` meets the padded bounds of `x` and enters them
-//! at or in front of `d` in the very arithmetic of the batch occlusion test; and `d` is at or in front of the
+//! kept by `hroc_keeps` (object.wgsl), so the ray through `p` meets the bounds of `x`, grown by a share of
+//! their padding, and enters them at or in front of `d`; and `d` is at or in front of the
 //! occlusion map. Exactly one ancestor-or-self `g` of the leaf of `x` is a group. Every node between `g` and
-//! the leaf has bounds that contain the leaf's, the padding of the larger box is no smaller, and each step
-//! of the slab test and of the depth comparison is monotone in its rounded f32 operations, so the ray passes
-//! them all and reaches the leaf. What remains is that the rasterizer covers `p` with the box of `g`: that is
+//! the leaf has bounds that contain the leaf's, the padding of the larger box is no smaller, and all of it is
+//! more than that share by what the roundings of two tests of one ray can differ ("Two pipelines"), so the ray
+//! passes them all and reaches the leaf. What remains is that the rasterizer covers `p` with the box of `g`: that is
 //! what the box's own padding is for, since the ray meets the padded bounds of `g`. That `hroc_keeps` loses no
 //! true fragment is what the padding of the bounds is for. Neither relies on where the rasterizer puts the
 //! geometry.
@@ -30,37 +30,57 @@
 //!    the depth of `X`. (Rasterizers that extrapolate from unsnapped vertices are why `hroc_keeps` exists.)
 //! 2. *Clip transform.* `clip = M x` in f32: each component errs by `4.5 u (sum |M_i||x_i| + |M_3|)`, four
 //!    products, three sums, the entries of `M` rounded. For x and w that is, in world units at the point's
-//!    depth, `4.5 u S (1 + a)`; the same for y: `9 u S (1 + a)`. The error of w also moves the point along
-//!    the view: another `4.5 u S`.
+//!    depth, `4.5 u S (1 + a)`; the same for y. The error of w also moves the point along the view, by
+//!    `4.5 u S`. All three at right angles: no longer than `7.8 u S (1 + a)`. A vertex that clipping makes
+//!    is interpolated with `3 u S (1 + a)`.
 //! 3. *Eye and ray.* The eye rounded to f32: `u S / 2`. Padded corner and its distance to the eye: `2 u S`.
 //!    The direction through `p`, computed as `d + x dx + y dy`: relative to view depth
 //!    `3 u (1 + 3 (a_x + a_y))`.
 //! 4. *Slab.* Each parameter has a relative error of at most `6 u` (two differences, a division of 2.5 ulp,
-//!    a product); the interval is widened by `16 u` (`SLAB_WIDENING` in common/bounds.wgsl; Ize 2013 needs
-//!    `2 gamma(3)`, about `6 u`, where division is correctly rounded).
+//!    a product), which Ize 2013 covers by widening the interval (`2 gamma(3)`, about `6 u`, where division is
+//!    correctly rounded). As the padding makes the thinnest box thick, it covers that here.
 //!
-//! Points 2 and 3 sum to `16 u S (1 + a)`; `padding_world` takes 40. Point 1 and the direction scale with
-//! view depth; a displacement in the image plane of lengths `x`, `y` is at most `x + y` long, and growing a
-//! box by `r` along every axis contains every ball of radius `r` about its points.
+//! Points 2 and 3 sum to `13.3 u S (1 + a)`. Point 1 and the direction scale with view depth. Pixels are square,
+//! so a step along both axes is `sqrt 2` of one long, 0.71 of the sum of both sides that is taken; and growing
+//! a box by `r` along every axis contains every ball of radius `r` about its points.
 //!
-//! # Padding of boxes: what is rasterized
+//! # Two pipelines
 //!
-//! A ray that meets the padded bounds by the f32 slab test passes within `22 u S (1 + a)` of them (the
+//! The host's shader that keeps a fragment and the batch occlusion test ask the same of the same ray, but
+//! compilers may fuse and order what they round as they like. So `hroc_keeps` asks with 0.8 of the padding, half
+//! of the depth tolerance and an interval that is not widened, and a fifth of the padding is for the difference:
+//! - The uniform is the same for both. A padded corner errs by `u S`, the origin of an orthographic ray by
+//!   `2 u S`, in each of two tests: `6 u S`, hence `padding_world = 30 u S (1 + a)`, of which 24 remain for the
+//!   13.3 above.
+//! - A component of the direction errs by `u (2 + 4 (a_x + a_y))` in each: a fifth of `20 u (1 + 3 (a_x + a_y))`.
+//!   Likewise the origin's part that grows with the half extents of an orthographic image.
+//! - The ends of the interval, `6 u` each, in each: `24 u` (`SLAB_WIDENING` in common/bounds.wgsl).
+//! - Depth along the ray is two products, two sums and a division of 2.5 ulp: `6 u` of the depth in each.
+//!
+//! //! # Padding of boxes: what is rasterized
+//!
+//! A ray that meets the padded bounds by the f32 slab test passes within `30 u S (1 + a)` of them (the
 //! widening and what it is there for), plus point 3. The box errs by point 2 and its corners by a step. The
 //! shader divides by w itself and the viewport scales the quotient: `2.5 u + 2 u` of an
 //! offset of at most 32 half widths (`LARGEST_NDC`; farther boxes are opened or drawn untested), `72 u W` px.
-//! `box_padding_world` takes `64 u S (1 + a)` for `22 + 9 + 4.5 + 2.5`, the step and `80 u W` px scale with
+//! `box_padding_world` takes `48 u S (1 + a)` for `30 + 7.8 + 2.5`, the step and `80 u W` px scale with
 //! depth. A padded silhouette lies outside the bare one by that much everywhere, and snapping
 //! moves it by no more, so it covers `p`: for any displacement of its vertices a closed box covers by
 //! front faces whatever it covers at all, as front and back faces over a point are equally many.
 //!
+//! All that needs w > 0 at its corners. A box is taken to touch the near plane from a distance of
+//! `padding_world` on, which is more than the `9 u S` that the distance and w can err by: where `u S` is no
+//! less than the distance of the plane, as a kilometre from world's zero with a plane at a tenth of a millimetre,
+//! the plane alone would let corners behind the eye pass.
+//!
 //! # Depth tolerance
 //!
 //! The depth buffer holds `(z + e_z) / (w + e_w)`. Writing `w' = w + e_w`, this is the depth of the point
-//! moved to `w'` (point 2 covers the move) plus `(e_z - z_scale e_w) / w'`, hence `tolerance_over_w = 9 u
-//! (|z_scale| 2 S + |z_offset|)`; for an infinite reversed projection it is relative, a few ulps. The
-//! interpolation across a triangle and the buffer's format add ulps of the largest depth of the triangle
-//! (`tolerance = 2 u`) and of the value itself (`tolerance_relative = 8 u`).
+//! moved to `w'` (point 2 covers the move) plus `(e_z - z_scale e_w) / w'`, of `4.5 u (|z_scale| 2 S +
+//! |z_offset|)`; for an infinite reversed projection it is relative, a few ulps. The
+//! interpolation across a triangle and the buffer's format add ulps of the largest depth of the triangle (`2 u`)
+//! and of the value itself (`8 u`). Tests take twice the first two and `24 u` of the value: half is for the
+//! fragment, the other for the test's own rounding.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4};
@@ -128,9 +148,9 @@ impl FrameUniform {
         let box_coverage = (shape.subpixel_step_px + 80.0 * U * larger_side) * pixel;
         let [reach_x, reach_y] = view.reach_across();
         let direction = if view.perspective {
-            3.0 * U * (1.0 + 3.0 * (reach_x + reach_y))
+            20.0 * U * (1.0 + 3.0 * (reach_x + reach_y))
         } else {
-            12.0 * U * (reach_x + reach_y)
+            40.0 * U * (reach_x + reach_y)
         };
         let slope = if view.perspective {
             reach_x.max(reach_y)
@@ -145,8 +165,8 @@ impl FrameUniform {
                 [everywhere + coverage + direction, 0.0]
             }
         };
-        let [padding_world, padding_per_depth] = paddings(coverage, 40.0);
-        let [box_padding_world, box_padding_per_depth] = paddings(box_coverage, 64.0);
+        let [padding_world, padding_per_depth] = paddings(coverage, 30.0);
+        let [box_padding_world, box_padding_per_depth] = paddings(box_coverage, 48.0);
 
         let (origin, origin_dx, origin_dy, direction, direction_dx, direction_dy, along) =
             if view.perspective {
@@ -195,12 +215,12 @@ impl FrameUniform {
             ray_direction_dx: direction_dx.as_vec3().to_array(),
             node_count: shape.node_count(),
             ray_direction_dy: direction_dy.as_vec3().to_array(),
-            depth_tolerance: (2.0 * U) as f32,
+            depth_tolerance: (4.0 * U) as f32,
             depth_along_ray: along.as_vec4().to_array(),
             depth_tolerance_over_w: round_up(
                 9.0 * U * (2.0 * view.z_scale.abs() * z_reach + view.z_offset.abs()),
             ),
-            depth_tolerance_relative: (8.0 * U) as f32,
+            depth_tolerance_relative: (24.0 * U) as f32,
             size,
             box_padding_world: round_up(box_padding_world),
             box_padding_per_depth: round_up(box_padding_per_depth),

@@ -130,7 +130,8 @@ pub fn standings(
                 return Standing::Hidden;
             }
             let outer = lens.rasterized(loose);
-            if extreme(lens.planes[4], outer, false) <= 0.0
+            // Within rounding of the padding that the shader compares with.
+            if extreme(lens.planes[4], outer, false) <= 1.01 * lens.padding_world
                 || farthest_ndc(frame, outer) > 0.99 * f64::from(LARGEST_NDC)
             {
                 return Standing::Between;

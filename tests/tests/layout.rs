@@ -4,6 +4,7 @@ use std::mem::offset_of;
 
 use hroc_format::{ArchivedBvhNode, ArchivedMesh, ArchivedObject, NO_OBJECT};
 use hroc_runtime::FrameUniform;
+use hroc_runtime::twin::bounds;
 
 fn module(name: &str) -> naga::Module {
     naga::front::wgsl::parse_str(&hroc_shaders::source(name).unwrap()).unwrap()
@@ -100,13 +101,14 @@ fn shared_constants_agree() {
         }
     };
     assert_eq!(constant("NO_OBJECT"), f64::from(NO_OBJECT));
-    assert_eq!(
-        constant("SLAB_WIDENING"),
-        f64::from(hroc_runtime::twin::bounds::SLAB_WIDENING)
-    );
-    // 16 units in the last place of 1.
-    assert_eq!(
-        hroc_runtime::twin::bounds::SLAB_WIDENING,
-        1.0 + 16.0 * f32::EPSILON
-    );
+    for (name, twin) in [
+        ("SLAB_WIDENING", bounds::SLAB_WIDENING),
+        ("KEPT_PADDING", bounds::KEPT_PADDING),
+        ("KEPT_TOLERANCE", bounds::KEPT_TOLERANCE),
+        ("LARGEST_NDC", bounds::LARGEST_NDC),
+    ] {
+        assert_eq!(constant(name), f64::from(twin), "{name}");
+    }
+    // Units in the last place of 1.
+    assert_eq!(bounds::SLAB_WIDENING, 1.0 + 24.0 * f32::EPSILON);
 }

@@ -5,8 +5,12 @@ use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 use crate::frame_uniform::FrameUniform;
 
 /// As in the shader.
-pub const SLAB_WIDENING: f32 = 1.000_001_9;
+pub const SLAB_WIDENING: f32 = 1.000_002_9;
 const SMALLEST_DIRECTION: f32 = 1e-12;
+/// As in the shader.
+pub const KEPT_PADDING: f32 = 0.8;
+/// As in the shader.
+pub const KEPT_TOLERANCE: f32 = 0.5;
 /// As in the shader.
 pub const LARGEST_NDC: f32 = 32.0;
 
@@ -77,9 +81,9 @@ pub fn in_frustum(frame: &FrameUniform, b: Box3) -> bool {
         .all(|plane| farthest_along(Vec4::from(*plane), b) >= 0.0)
 }
 
-/// Whether part of the box lies in front of the near plane or on it.
+/// Whether part of the box lies in front of the near plane, on it, or as near as rounding could carry it.
 pub fn touches_near(frame: &FrameUniform, b: Box3) -> bool {
-    nearest_along(Vec4::from(frame.planes[4]), b) <= 0.0
+    nearest_along(Vec4::from(frame.planes[4]), b) <= frame.padding_world
 }
 
 /// Where a box that does not touch the near plane falls in the image.
@@ -156,25 +160,30 @@ pub fn pixel_ray(frame: &FrameUniform, position: Vec2) -> Ray {
 
 /// The ray parameter (view depth) where the ray enters the box, at least `near`; negative on a miss.
 pub fn entry(ray: Ray, b: Box3, near: f32) -> f32 {
+    entry_widened(ray, b, near, SLAB_WIDENING)
+}
+
+fn entry_widened(ray: Ray, b: Box3, near: f32, widening: f32) -> f32 {
     let x = (b.min - ray.origin) * ray.inverse_direction;
     let y = (b.max - ray.origin) * ray.inverse_direction;
     let (enter, leave) = (x.min(y), x.max(y));
     let first = enter.x.max(enter.y).max(enter.z.max(near));
     let last = leave.x.min(leave.y).min(leave.z);
-    if first <= last * SLAB_WIDENING {
+    if first <= last * widening {
         first
     } else {
         -1.0
     }
 }
 
-/// The depth of what starts at ray parameter `t`, rounded toward visible but for what the map's depth adds.
-pub fn earliest_depth(frame: &FrameUniform, reversed: bool, t: f32) -> f32 {
+/// The depth of what starts at ray parameter `t`, rounded toward visible within a share of the tolerance, but for
+/// what the map's depth adds.
+pub fn earliest_depth(frame: &FrameUniform, reversed: bool, t: f32, share: f32) -> f32 {
     let nearer = t / SLAB_WIDENING;
     let along = Vec4::from(frame.depth_along_ray);
     let w = along.z + along.w * nearer;
     let entry_depth = (along.x + along.y * nearer) / w;
-    let tolerance = frame.depth_tolerance + frame.depth_tolerance_over_w / w;
+    let tolerance = share * (frame.depth_tolerance + frame.depth_tolerance_over_w / w);
     if reversed {
         entry_depth + tolerance
     } else {
@@ -184,11 +193,38 @@ pub fn earliest_depth(frame: &FrameUniform, reversed: bool, t: f32) -> f32 {
 
 /// Whether a surface that starts at ray parameter `t` can be at or in front of `depth`.
 pub fn may_show(frame: &FrameUniform, reversed: bool, t: f32, depth: f32) -> bool {
-    let tolerance = frame.depth_tolerance_relative * depth.abs();
-    let earliest = earliest_depth(frame, reversed, t);
+    shows_within(frame, reversed, t, depth, 1.0)
+}
+
+fn shows_within(frame: &FrameUniform, reversed: bool, t: f32, depth: f32, share: f32) -> bool {
+    let tolerance = share * frame.depth_tolerance_relative * depth.abs();
+    let earliest = earliest_depth(frame, reversed, t, share);
     if reversed {
         earliest + tolerance >= depth
     } else {
         earliest - tolerance <= depth
     }
+}
+
+/// Whether a host's fragment at a pixel `position` with this depth lies within its object's bounds.
+pub fn is_kept(
+    frame: &FrameUniform,
+    reversed: bool,
+    lo: [f32; 3],
+    hi: [f32; 3],
+    position: Vec2,
+    depth: f32,
+) -> bool {
+    let bare = Box3 {
+        min: lo.into(),
+        max: hi.into(),
+    };
+    let b = grown(
+        frame,
+        bare,
+        KEPT_PADDING * frame.padding_world,
+        KEPT_PADDING * frame.padding_per_depth,
+    );
+    let t = entry_widened(pixel_ray(frame, position), b, frame.near, 1.0);
+    t >= 0.0 && shows_within(frame, reversed, t, depth.clamp(0.0, 1.0), KEPT_TOLERANCE)
 }

@@ -64,8 +64,8 @@ fn box_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) insta
     // No group touches the near plane, so w > 0, and the division is made here: with w = 1 all vertices have
     // the same depth in every bit, and nothing is left to interpolate. The margin is for what
     // `may_show` adds for the map's depth and for a rasterizer that clips or weighs equal depths with rounding.
-    let margin = 4.0 * frame.depth_tolerance_relative;
-    let depth = earliest_depth(nearest);
+    let margin = 2.0 * frame.depth_tolerance_relative;
+    let depth = earliest_depth(nearest, 1.0);
     let early = select(depth * (1.0 - margin) - frame.depth_tolerance, depth * (1.0 + margin) + frame.depth_tolerance, REVERSED_DEPTH);
     return BoxVertex(vec4f(clip.xy / clip.w, clamp(early, 0.0, 1.0), 1.0), group, nearest);
 }

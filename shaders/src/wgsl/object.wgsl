@@ -24,12 +24,10 @@ fn hroc_clip_position(world: vec3f) -> vec4f {
 // A rasterizer may place the fragments of a sliver anywhere: where it snaps vertices for coverage but
 // interpolates depth from the unsnapped ones, the depth of a triangle seen edge-on is extrapolated over
 // many times its width. Such a fragment can show through a wall, and no test of bounds could foresee it.
-// Asking here what the batch occlusion test asks, in the same arithmetic, makes the two agree on every
-// driver: a fragment that is kept and shows was found by the test.
+// Asking here what the batch occlusion test asks, within less, makes the two agree on every driver, however
+// their compilers round: a fragment that is kept and shows was found by the test.
 fn hroc_keeps(bounds: Bounds, position: vec4f) -> bool {
     let lo = vec3f(bounds.min[0], bounds.min[1], bounds.min[2]);
     let hi = vec3f(bounds.max[0], bounds.max[1], bounds.max[2]);
-    let t = entry(pixel_ray(position.xy), padded(lo, hi), frame.near);
-    // The depth buffer holds the clamped value; a triangle clipped at the near plane can come out beyond it.
-    return t >= 0.0 && may_show(t, clamp(position.z, 0.0, 1.0));
+    return is_kept(lo, hi, position);
 }

@@ -12,8 +12,13 @@ const BROKEN_SLAB: u32 = 3;
 const BROKEN_NEAR: u32 = 4;
 const BROKEN_PRUNING: u32 = 5;
 
-// Widens the interval of the slab test: 16 * 2^-23 covers the rounding of both its ends.
-const SLAB_WIDENING: f32 = 1.0000019;
+// Widens the interval of the slab test: 24 * 2^-23 covers the rounding of both its ends, here and where the same
+// was asked before (frame_uniform.rs, "Two pipelines").
+const SLAB_WIDENING: f32 = 1.0000029;
+// The share of padding and tolerance within which a host's fragment is kept (object.wgsl). The rest is for tests
+// that ask the same of the same ray and round differently.
+const KEPT_PADDING: f32 = 0.8;
+const KEPT_TOLERANCE: f32 = 0.5;
 // Corners farther out than this many half widths of the image lose too much of their place to rounding.
 const LARGEST_NDC: f32 = 32.0;
 // Directions are kept this far from zero so that no 0 * inf can arise.
@@ -65,10 +70,10 @@ fn in_frustum(box: Box) -> bool {
     return inside;
 }
 
-// Part of the box lies in front of the near plane or on it: its faces cannot be relied on to leave
-// fragments there.
+// Part of the box lies in front of the near plane, on it, or as near as rounding could carry it: its faces cannot
+// be relied on to leave fragments there.
 fn touches_near(box: Box) -> bool {
-    return nearest_along(frame.planes[4], box) <= 0.0 && BROKEN != BROKEN_NEAR;
+    return nearest_along(frame.planes[4], box) <= frame.padding_world && BROKEN != BROKEN_NEAR;
 }
 
 // Where a box that does not touch the near plane (so w > 0 at every corner) falls in the image.
@@ -113,33 +118,48 @@ fn pixel_ray(position: vec2f) -> Ray {
 // The ray parameter (view depth) where the ray enters the box, at least `near`; negative on a miss. A ray
 // within the plane of a face may be missed: boxes are padded, so nothing is there.
 fn entry(ray: Ray, box: Box, near: f32) -> f32 {
+    return entry_widened(ray, box, near, select(SLAB_WIDENING, 1.0, BROKEN == BROKEN_SLAB));
+}
+
+fn entry_widened(ray: Ray, box: Box, near: f32, widening: f32) -> f32 {
     let a = (box.min - ray.origin) * ray.inverse_direction;
     let b = (box.max - ray.origin) * ray.inverse_direction;
     let enter = min(a, b);
     let leave = max(a, b);
     let first = max(max(enter.x, enter.y), max(enter.z, near));
     let last = min(min(leave.x, leave.y), leave.z);
-    let widening = select(SLAB_WIDENING, 1.0, BROKEN == BROKEN_SLAB);
     return select(-1.0, first, first <= last * widening);
 }
 
-// The depth of what starts at ray parameter `t`, before and after rounding toward visible. What the map's
-// own depth adds is left to the caller.
-fn earliest_depth(t: f32) -> f32 {
+// The depth of what starts at ray parameter `t`, before and after rounding toward visible, within a share of the
+// tolerance. What the map's own depth adds is left to the caller.
+fn earliest_depth(t: f32, share: f32) -> f32 {
     let nearer = t / SLAB_WIDENING;
     let along = frame.depth_along_ray;
     let w = along.z + along.w * nearer;
     let entry_depth = (along.x + along.y * nearer) / w;
-    let tolerance = select(frame.depth_tolerance + frame.depth_tolerance_over_w / w, 0.0, BROKEN == BROKEN_DEPTH);
+    let tolerance = select(share * (frame.depth_tolerance + frame.depth_tolerance_over_w / w), 0.0, BROKEN == BROKEN_DEPTH);
     return select(entry_depth - tolerance, entry_depth + tolerance, REVERSED_DEPTH);
 }
 
 // Whether a surface that starts at ray parameter `t` can be at or in front of `depth` (the value in the
 // depth buffer): compared in clip depth, rounded toward visible.
 fn may_show(t: f32, depth: f32) -> bool {
-    let tolerance = select(frame.depth_tolerance_relative * abs(depth), 0.0, BROKEN == BROKEN_DEPTH);
+    return shows_within(t, depth, 1.0);
+}
+
+fn shows_within(t: f32, depth: f32, share: f32) -> bool {
+    let tolerance = select(share * frame.depth_tolerance_relative * abs(depth), 0.0, BROKEN == BROKEN_DEPTH);
     if (REVERSED_DEPTH) {
-        return earliest_depth(t) + tolerance >= depth;
+        return earliest_depth(t, share) + tolerance >= depth;
     }
-    return earliest_depth(t) - tolerance <= depth;
+    return earliest_depth(t, share) - tolerance <= depth;
+}
+
+// Whether a host's fragment at `position` lies within its object's bounds: what every test of the same ray finds.
+fn is_kept(lo: vec3f, hi: vec3f, position: vec4f) -> bool {
+    let box = grown(Box(lo, hi), KEPT_PADDING * frame.padding_world, KEPT_PADDING * frame.padding_per_depth);
+    let t = entry_widened(pixel_ray(position.xy), box, frame.near, 1.0);
+    // The depth buffer holds the clamped value; a triangle clipped at the near plane can come out beyond it.
+    return t >= 0.0 && shows_within(t, clamp(position.z, 0.0, 1.0), KEPT_TOLERANCE);
 }
