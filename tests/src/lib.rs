@@ -1,5 +1,6 @@
 //! What the tests that cross crates share: a device, a host that draws, oracles.
 
+pub mod attack;
 pub mod host;
 pub mod messages;
 pub mod oracle;
