@@ -1,0 +1,80 @@
+//! Twin of batch_occlusion_test.wgsl: what one fragment of a group's box decides.
+
+use glam::{Vec2, Vec4};
+use hroc_format::{ArchivedBvhNode, Bounds, NO_OBJECT};
+
+use super::bounds::{Box3, entry, may_show, nearest_along, padded, pixel_ray};
+use crate::frame_uniform::FrameUniform;
+
+/// What the stage reads of a scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Tested<'a> {
+    /// Nodes of the tree in depth-first order.
+    pub nodes: &'a [ArchivedBvhNode],
+    /// World bounds of the objects that move, from the first id after the tree's.
+    pub moving_bounds: &'a [Bounds],
+}
+
+impl Tested<'_> {
+    /// The padded bounds of a group: a node, or an object that moves.
+    pub fn group_box(&self, frame: &FrameUniform, group: u32) -> Box3 {
+        match self.nodes.get(group as usize) {
+            Some(node) => node_box(frame, node),
+            None => {
+                let bounds = &self.moving_bounds[(group - frame.node_count) as usize];
+                padded(frame, bounds.min, bounds.max)
+            }
+        }
+    }
+
+    /// The ray parameter before which no ray enters a group's box.
+    pub fn nearest(&self, frame: &FrameUniform, group: u32) -> f32 {
+        let nearest = nearest_along(Vec4::from(frame.forward), self.group_box(frame, group));
+        (nearest - frame.padding_world).max(frame.near)
+    }
+
+    /// Calls `flag` with each object of `group` that the ray through a pixel `position` finds in front of the map's
+    /// `depth` there. Without pruning, which leaves out only what was flagged before.
+    pub fn test_fragment(
+        &self,
+        frame: &FrameUniform,
+        reversed: bool,
+        group: u32,
+        position: Vec2,
+        depth: f32,
+        mut flag: impl FnMut(u32),
+    ) {
+        if !may_show(frame, reversed, self.nearest(frame, group), depth) {
+            return;
+        }
+        let ray = pixel_ray(frame, position);
+        let shows = |b: Box3| {
+            let t = entry(ray, b, frame.near);
+            t >= 0.0 && may_show(frame, reversed, t, depth)
+        };
+        let Some(root) = self.nodes.get(group as usize) else {
+            if shows(self.group_box(frame, group)) {
+                flag(frame.static_count + group - frame.node_count);
+            }
+            return;
+        };
+        let mut n = group;
+        while n < root.skip.to_native() {
+            let node = &self.nodes[n as usize];
+            if !shows(node_box(frame, node)) {
+                n = node.skip.to_native();
+                continue;
+            }
+            let object = node.object.to_native();
+            if object != NO_OBJECT {
+                flag(object);
+            }
+            n += 1;
+        }
+    }
+}
+
+fn node_box(frame: &FrameUniform, node: &ArchivedBvhNode) -> Box3 {
+    let [min, max] = [&node.min, &node.max].map(|corner| corner.map(|x| x.to_native()));
+    padded(frame, min, max)
+}
