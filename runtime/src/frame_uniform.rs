@@ -57,7 +57,7 @@
 //! - The ends of the interval, `6 u` each, in each: `24 u` (`SLAB_WIDENING` in common/bounds.wgsl).
 //! - Depth along the ray is two products, two sums and a division of 2.5 ulp: `6 u` of the depth in each.
 //!
-//! //! # Padding of boxes: what is rasterized
+//! # Padding of boxes: what is rasterized
 //!
 //! A ray that meets the padded bounds by the f32 slab test passes within `30 u S (1 + a)` of them (the
 //! widening and what it is there for), plus point 3. The box errs by point 2 and its corners by a step. The

@@ -35,7 +35,7 @@ pub use device::{DeviceProfile, EarlyZ};
 pub use draw::{Draw, DrawList, DrawRange, Drawer, Marks, Submission, Targets};
 pub use extract_groups::Grouping;
 pub use frame_uniform::FrameUniform;
-pub use hroc::{Hroc, HrocMode, HrocOptions};
+pub use hroc::{Hroc, HrocMode, HrocOptions, SMALLEST_LATE_MARGIN};
 pub use method::{CullingMethod, FrameContext, HostSync, Sets};
 #[doc(hidden)]
 pub use mutant::Mutant;

@@ -111,7 +111,7 @@ fn every_mutant_is_caught() {
     let mut survivors = Vec::new();
     for mutant in Mutant::ALL {
         let by = caught(mutant);
-        println!(
+        eprintln!(
             "{:14} {}",
             mutant.name(),
             by.as_deref().unwrap_or("SURVIVES")

@@ -87,7 +87,7 @@ fn taken_apart(
         moving.take(baked, (n * 29 + i * 101) % count)?;
     }
     for i in 0..5 {
-        moving.set_hidden((n * 31 + i * 7) % count, n % 2 == 0)?;
+        moving.set_hidden((n * 31 + i * 7) % count, n.is_multiple_of(2))?;
     }
     if n > 3 {
         let id = first + n % 5;

@@ -18,7 +18,6 @@ use crate::drawer::ObjectDrawer;
 use crate::drawn::Drawn;
 use crate::error::StudyError;
 use crate::gpu::Gpu;
-use crate::id_set::IdSet;
 use crate::image::{Image, ImageCopy};
 use crate::registry::{Exactness, Knobs, Method, Mode, Parts, feature_names};
 use crate::results::AdapterInfo;
@@ -320,7 +319,8 @@ impl<'a> Stage<'a> {
             for (method, result) in methods[frame.view].iter_mut().zip(&mut results) {
                 let (image, ms) = self.draw(&mut **method, &mut drawer, &view)?;
                 let drawn = Drawn::read(self.gpu, &**method).all();
-                result.add(number, size, &truth, &image, &visible, &drawn, ms);
+                let check = FrameCheck::new(&truth, &image, &visible, &drawn);
+                result.add(number, size, check, drawn.len(), ms);
             }
         }
         // What moved out of the tree must be back for the next depth convention.
@@ -442,17 +442,8 @@ impl Variant<'_> {
 }
 
 impl MethodResult {
-    fn add(
-        &mut self,
-        frame: usize,
-        size: [u32; 2],
-        truth: &Image,
-        image: &Image,
-        visible: &IdSet,
-        drawn: &IdSet,
-        ms: f64,
-    ) {
-        let check = FrameCheck::new(truth, image, visible, drawn);
+    /// Adds a frame of which so many objects were drawn.
+    fn add(&mut self, frame: usize, size: [u32; 2], check: FrameCheck, drawn: usize, ms: f64) {
         let FrameCheck {
             wrong_pixels,
             false_negatives,
@@ -463,7 +454,7 @@ impl MethodResult {
         self.false_negatives += false_negatives;
         self.depth_ties += check.depth_ties;
         self.visible += check.visible;
-        self.drawn += drawn.len();
+        self.drawn += drawn;
         self.ms += ms;
         if !check.passed() {
             self.failures.push(Failure {
@@ -585,6 +576,7 @@ impl HardCaseResults {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::id_set::IdSet;
     use hroc_format::NO_OBJECT;
     use hroc_runtime::{EarlyZ, Mutant, Submission};
 
@@ -614,9 +606,11 @@ mod tests {
         let mut run = variant(method("hroc")).result(DepthConvention::Reversed);
         let (truth, lost) = (image(0.5, 3), image(0.0, NO_OBJECT));
         let visible = truth.visible();
-        run.add(0, [1, 1], &truth, &truth, &visible, &visible, 1.0);
+        let right = FrameCheck::new(&truth, &truth, &visible, &visible);
+        run.add(0, [1, 1], right, 1, 1.0);
         assert!(!run.failed());
-        run.add(1, [1, 1], &truth, &lost, &visible, &IdSet::default(), 1.0);
+        let wrong = FrameCheck::new(&truth, &lost, &visible, &IdSet::default());
+        run.add(1, [1, 1], wrong, 0, 1.0);
         assert!(run.failed());
         assert_eq!((run.frames, run.visible, run.drawn), (2, 2, 1));
         let mut results = HardCaseResults {
