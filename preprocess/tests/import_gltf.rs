@@ -133,9 +133,10 @@ fn import_bytes(name: &str, bytes: &[u8]) -> Result<SourceScene, ImportError> {
 fn import_path(path: PathBuf) -> Result<SourceScene, ImportError> {
     import(
         &[path],
-        ImportOptions {
+        &ImportOptions {
             normals: true,
             uvs: true,
+            ..Default::default()
         },
         &Silent,
     )
@@ -440,6 +441,68 @@ fn without_a_scene_all_roots_are_taken() {
         [0, 2]
     );
     assert_names(&scene.warnings[0], &["no scene"]);
+}
+
+#[test]
+fn a_scene_is_chosen_by_its_name_or_its_number() {
+    let mut file = File::triangle();
+    file.root["nodes"] =
+        json!([{ "name": "a", "mesh": 0 }, { "name": "b", "mesh": 0 }, { "name": "c", "mesh": 0 }]);
+    file.root["scenes"] = json!([{ "nodes": [0] }, { "name": "garden", "nodes": [1, 2] }, { "name": "0", "nodes": [2] }]);
+    file.root["scene"] = json!(1);
+    let names = |choice: Option<&str>| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.glb");
+        std::fs::write(&path, file.glb()).unwrap();
+        let options = ImportOptions {
+            scene: choice.map(str::to_owned),
+            ..Default::default()
+        };
+        import(&[path], &options, &Silent).map(|scene| {
+            let names = scene.objects.iter().map(|object| object.name.clone());
+            names.collect::<Vec<_>>().concat()
+        })
+    };
+    assert_eq!(names(None).unwrap(), "bc");
+    assert_eq!(names(Some("garden")).unwrap(), "bc");
+    assert_eq!(
+        names(Some("0")).unwrap(),
+        "c",
+        "a name comes before a number"
+    );
+    assert_eq!(names(Some("2")).unwrap(), "c");
+    let error = names(Some("attic")).unwrap_err();
+    assert_eq!(error.kind, ImportErrorKind::Missing);
+    assert_names(
+        &error.to_string(),
+        &["\"attic\"", "0", "1 \"garden\"", "2 \"0\""],
+    );
+}
+
+#[test]
+fn hidden_nodes_hide_their_children_and_are_counted() {
+    let mut file = File::triangle();
+    let visible = |visible: bool| json!({ "KHR_node_visibility": { "visible": visible } });
+    file.root["extensionsRequired"] = json!(["KHR_node_visibility"]);
+    file.root["nodes"] = json!([
+        { "children": [1, 2, 3] },
+        { "mesh": 0, "name": "shown", "extensions": visible(true) },
+        { "mesh": 0, "extensions": visible(false), "children": [4] },
+        { "mesh": 0, "name": "plain" },
+        { "mesh": 0, "extensions": visible(true) },
+    ]);
+    let scene = file.scene();
+    let names: Vec<_> = scene
+        .objects
+        .iter()
+        .map(|object| object.name.as_str())
+        .collect();
+    assert_eq!(names, ["shown", "plain"]);
+    assert!(
+        scene.warnings[0].contains("left out: 2"),
+        "{:?}",
+        scene.warnings
+    );
 }
 
 #[test]

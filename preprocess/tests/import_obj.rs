@@ -9,7 +9,7 @@ use std::path::Path;
 
 fn import_files(
     files: &[(&str, &[u8])],
-    options: ImportOptions,
+    options: &ImportOptions,
 ) -> Result<SourceScene, ImportError> {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in files {
@@ -21,16 +21,16 @@ fn import_files(
 fn obj(text: &str) -> SourceScene {
     import_files(
         &[("a.obj", text.as_bytes())],
-        ImportOptions {
-            normals: true,
+        &ImportOptions {
             uvs: true,
+            ..Default::default()
         },
     )
     .unwrap()
 }
 
 fn error(name: &str, bytes: &[u8]) -> String {
-    let error = import_files(&[(name, bytes)], ImportOptions::default())
+    let error = import_files(&[(name, bytes)], &ImportOptions::default())
         .unwrap_err()
         .to_string();
     assert!(!error.contains('\n'), "{error}");
@@ -78,9 +78,25 @@ fn polygons_are_fans_and_indices_may_be_relative() {
 }
 
 #[test]
+fn a_concave_polygon_covers_itself_and_nothing_else() {
+    // The notch lies at (1, 1): a fan from the first corner would cover the ground outside.
+    let scene = obj("v 0 0 0\nv 4 2 0\nv 0 4 0\nv 1 2 0\nf 1 2 3 4\nf 1 2 3\n");
+    let mesh = &scene.meshes[0];
+    let area = |t: &[u32]| {
+        let [a, b, c] = [t[0], t[1], t[2]].map(|i| glam::Vec3::from(mesh.positions[i as usize]));
+        (b - a).cross(c - a).z / 2.0
+    };
+    let areas: Vec<f32> = mesh.indices.chunks_exact(3).map(area).collect();
+    assert_eq!(areas.len(), 3);
+    assert!(areas.iter().all(|&area| area > 0.0), "{areas:?}");
+    assert_eq!(areas[0] + areas[1], 6.0);
+    assert_eq!(areas[2], 8.0);
+}
+
+#[test]
 fn continued_lines_foreign_bytes_and_line_ends_are_read() {
     let text = b"o caf\xE9\r\nv 0 0 \\\r\n 0 # corner\r\nv 1 0 0 0.5 0.5 0.5\r\nv\t0 1 0 2\r\n  f 1 \\\n2 \\\n3";
-    let scene = import_files(&[("a.obj", text)], ImportOptions::default()).unwrap();
+    let scene = import_files(&[("a.obj", text)], &ImportOptions::default()).unwrap();
     assert_eq!(scene.objects[0].name, "caf\u{FFFD}");
     assert_eq!(
         scene.meshes[0].positions,
@@ -138,7 +154,7 @@ fn materials_come_from_beside_the_file_only() {
         ("a.obj", text.as_bytes()),
         ("my colours.mtl", library.as_slice()),
     ];
-    let scene = import_files(&files, ImportOptions::default()).unwrap();
+    let scene = import_files(&files, &ImportOptions::default()).unwrap();
     let looks: Vec<_> = scene
         .objects
         .iter()
@@ -231,7 +247,7 @@ fn what_is_no_scene_is_refused_for_what_it_is() {
     for (path, what) in paths.iter().zip(["is a folder", "cannot be read"]) {
         let error = import(
             std::slice::from_ref(path),
-            ImportOptions::default(),
+            &ImportOptions::default(),
             &Silent,
         )
         .unwrap_err();
@@ -244,7 +260,7 @@ fn what_is_no_scene_is_refused_for_what_it_is() {
 fn content_decides_before_the_name_does() {
     let text = format!("{QUAD}f 1 2 3\n");
     for name in ["a.glb", "a", "a.OBJ"] {
-        let scene = import_files(&[(name, text.as_bytes())], ImportOptions::default()).unwrap();
+        let scene = import_files(&[(name, text.as_bytes())], &ImportOptions::default()).unwrap();
         assert_eq!(scene.objects.len(), 1, "{name}");
     }
 }
@@ -259,7 +275,7 @@ fn several_files_become_one_scene_in_order() {
     };
     let first = write("first.obj", &format!("{QUAD}f 1 2 3\ng x\nf 1 2 4\n"));
     let second = write("second.obj", &format!("{QUAD}f 1 2 3\n"));
-    let scene = import(&[first, second], ImportOptions::default(), &Silent).unwrap();
+    let scene = import(&[first, second], &ImportOptions::default(), &Silent).unwrap();
     assert_eq!(scene.name, "first");
     assert_eq!(
         scene

@@ -52,7 +52,7 @@ fn real_scenes_are_drawn_exactly() {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let source = import(
             std::slice::from_ref(&path),
-            ImportOptions::default(),
+            &ImportOptions::default(),
             &Silent,
         )
         .unwrap_or_else(|e| panic!("{e}"));

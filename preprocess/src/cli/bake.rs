@@ -34,6 +34,9 @@ pub(super) struct Arguments {
     /// Keep vertices and triangles in the order of the source.
     #[arg(long)]
     no_optimize: bool,
+    /// The scene of the glTF files, by name or else by number; each file's default scene without it.
+    #[arg(long, value_name = "SCENE")]
+    scene: Option<String>,
     /// Leave out vertex normals.
     #[arg(long)]
     no_normals: bool,
@@ -173,10 +176,11 @@ fn bake(arguments: &Arguments) -> Result<(), Failure> {
         uvs: arguments.uvs,
     };
     let wanted = ImportOptions {
+        scene: arguments.scene.clone(),
         normals: options.normals,
         uvs: options.uvs,
     };
-    let source = import::import(&arguments.inputs, wanted, &*progress).map_err(Failure::file)?;
+    let source = import::import(&arguments.inputs, &wanted, &*progress).map_err(Failure::file)?;
     let import_seconds = start.elapsed().as_secs_f64();
     let inputs = || {
         arguments

@@ -14,6 +14,8 @@ pub enum ImportErrorKind {
     Malformed,
     /// Legal, but needs something that is not implemented.
     Unsupported,
+    /// The file does not hold what was asked for.
+    Missing,
     /// More objects, vertices or zero-filled data than the limits allow.
     TooLarge,
 }
@@ -42,6 +44,7 @@ impl ImportError {
                 "export the scene again, or find the fault with a validator"
             }
             ImportErrorKind::Unsupported => "convert the scene to plain glTF 2.0 geometry",
+            ImportErrorKind::Missing => "ask for something else",
             ImportErrorKind::TooLarge => "split the scene into several files",
         };
         Self {

@@ -26,8 +26,10 @@ use std::path::{Path, PathBuf};
 pub const MAX_OBJECTS: usize = 1 << 23;
 
 /// What to read beside positions and indices.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImportOptions {
+    /// The scene of each glTF file, by name or else by index; the file's own choice by default.
+    pub scene: Option<String>,
     /// Vertex normals.
     pub normals: bool,
     /// The first set of texture coordinates.
@@ -37,6 +39,7 @@ pub struct ImportOptions {
 impl Default for ImportOptions {
     fn default() -> Self {
         Self {
+            scene: None,
             normals: true,
             uvs: false,
         }
@@ -51,7 +54,7 @@ pub(crate) struct Import<'a> {
     bytes: &'a [u8],
     /// Its index in [`SourceScene::files`].
     file: usize,
-    options: ImportOptions,
+    options: &'a ImportOptions,
     scene: &'a mut SourceScene,
     hash: xxhash_rust::xxh3::Xxh3,
 }
@@ -93,7 +96,7 @@ const IMPORTERS: &[Importer] = &[
 /// Any fault of any file; the error names the file, the place and the next step.
 pub fn import(
     paths: &[PathBuf],
-    options: ImportOptions,
+    options: &ImportOptions,
     progress: &dyn Progress,
 ) -> Result<SourceScene, ImportError> {
     let mut scene = SourceScene::default();
@@ -128,7 +131,7 @@ pub fn camera_path(path: &Path, choice: CameraChoice<'_>) -> Result<CameraPath, 
     read().map_err(|error| error.in_file(path))
 }
 
-fn import_file(path: &Path, options: ImportOptions, scene: &mut SourceScene) -> Result<()> {
+fn import_file(path: &Path, options: &ImportOptions, scene: &mut SourceScene) -> Result<()> {
     let bytes = read(path)?;
     let importer = IMPORTERS
         .iter()

@@ -36,7 +36,7 @@ pub(super) fn camera_path(
     choice: CameraChoice<'_>,
 ) -> Result<CameraPath> {
     let root = &document.root;
-    let placed = nodes::place(document)?;
+    let placed = nodes::place(document, None)?;
     let node = find_camera(root, &placed, choice.camera)?;
     let chain = chain(root, node);
     let within = |error: ImportError| error.within(named("node", node, &root.nodes[node].name));

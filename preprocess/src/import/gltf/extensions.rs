@@ -14,6 +14,7 @@ const HANDLED: &[&str] = &[
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_node_visibility",
 ];
 
 /// Beginnings of the names of extensions that add looks, light, sound, behaviour or remarks to a

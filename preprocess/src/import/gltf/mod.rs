@@ -127,7 +127,13 @@ fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> 
         skipped: Skipped::default(),
         unskinned: 0,
     };
-    let placed = nodes::place(&document)?;
+    let placed = nodes::place(&document, import.options.scene.as_deref())?;
+    if placed.hidden > 0 {
+        import.warn(format_args!(
+            "nodes that KHR_node_visibility hides, left out: {}",
+            placed.hidden
+        ));
+    }
     if root.scenes.is_empty() && !root.nodes.is_empty() {
         import.warn("the file has no scene; all its root nodes are taken");
     }

@@ -2,10 +2,10 @@
 
 use super::accessor::Accessors;
 use super::document::{Document, Transform, get};
-use super::{ImportError, ImportErrorKind, MAX_OBJECTS, Result};
+use super::{ImportError, ImportErrorKind, MAX_OBJECTS, Result, extensions};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use gltf::json::accessor::Type;
-use gltf::json::{Accessor, Index, Node};
+use gltf::json::{Accessor, Index, Node, Root, Scene};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -21,16 +21,56 @@ pub(super) struct Placed {
     pub(super) drawn: Vec<(usize, DAffine3)>,
     /// Where each node of the file lies; `None` for those outside the scene.
     pub(super) world_from_node: Vec<Option<DAffine3>>,
+    /// Nodes of the scene that are not to be seen.
+    pub(super) hidden: usize,
 }
 
-/// Places the nodes of the default scene, else of the first one, else all roots.
-pub(super) fn place(document: &Document) -> Result<Placed> {
+/// `KHR_node_visibility`: a hidden node hides what is below it.
+#[derive(Deserialize)]
+struct Visibility {
+    visible: Option<bool>,
+}
+
+impl Visibility {
+    fn of(node: &Node) -> Result<bool> {
+        let Some(extensions) = &node.extensions else {
+            return Ok(true);
+        };
+        let found: Option<Self> = extensions::read(&extensions.others, &["KHR_node_visibility"])?;
+        Ok(found.and_then(|found| found.visible).unwrap_or(true))
+    }
+}
+
+/// The scene that goes by `choice`: its name, else its index.
+fn chosen<'a>(root: &'a Root, choice: &str) -> Result<&'a Scene> {
+    let named = root
+        .scenes
+        .iter()
+        .find(|scene| scene.name.as_deref() == Some(choice));
+    let numbered = || root.scenes.get(choice.parse::<usize>().ok()?);
+    named.or_else(numbered).ok_or_else(|| {
+        let name = |(index, scene): (usize, &Scene)| match &scene.name {
+            Some(name) => format!("{index} {name:?}"),
+            None => index.to_string(),
+        };
+        let names: Vec<_> = root.scenes.iter().take(20).enumerate().map(name).collect();
+        let next = match names.len() {
+            0 => "bake it without --scene".into(),
+            _ => format!("choose one of {}", names.join(", ")),
+        };
+        ImportError::new(ImportErrorKind::Missing, format!("has no scene {choice:?}")).next(next)
+    })
+}
+
+/// Places the nodes of the chosen scene, else of the default one, else of the first one, else all roots.
+pub(super) fn place(document: &Document, choice: Option<&str>) -> Result<Placed> {
     let root = &document.root;
     let nodes = &root.nodes;
-    let roots = match (root.scene, root.scenes.first()) {
-        (Some(index), _) => get(root, index, "scene")?.nodes.clone(),
-        (None, Some(scene)) => scene.nodes.clone(),
-        (None, None) => {
+    let roots = match (choice, root.scene, root.scenes.first()) {
+        (Some(choice), ..) => chosen(root, choice)?.nodes.clone(),
+        (None, Some(index), _) => get(root, index, "scene")?.nodes.clone(),
+        (None, None, Some(scene)) => scene.nodes.clone(),
+        (None, None, None) => {
             let mut is_root = vec![true; nodes.len()];
             let children = nodes.iter().flat_map(|node| node.children.iter().flatten());
             children.for_each(|child| {
@@ -45,14 +85,15 @@ pub(super) fn place(document: &Document) -> Result<Placed> {
     let mut placed = Placed {
         drawn: Vec::new(),
         world_from_node: vec![None; nodes.len()],
+        hidden: 0,
     };
-    let mut waiting: Vec<(Index<Node>, DAffine3)> = roots
+    let mut waiting: Vec<(Index<Node>, DAffine3, bool)> = roots
         .iter()
         .rev()
-        .map(|&node| (node, DAffine3::IDENTITY))
+        .map(|&node| (node, DAffine3::IDENTITY, true))
         .collect();
     // Every node expands at most once, so the loop ends whatever the file says about its children.
-    while let Some((index, world_from_parent)) = waiting.pop() {
+    while let Some((index, world_from_parent, parent_is_visible)) = waiting.pop() {
         let node = get(root, index, "node")?;
         let fault = |what: &str| ImportError::malformed(what).within(format_args!("node {index}"));
         let place = &mut placed.world_from_node[index.value()];
@@ -69,13 +110,19 @@ pub(super) fn place(document: &Document) -> Result<Placed> {
             return Err(fault("its transform is not finite"));
         }
         *place = Some(world_from_node);
-        placed.drawn.push((index.value(), world_from_node));
+        let is_visible = parent_is_visible
+            && Visibility::of(node).map_err(|error| error.within(format_args!("node {index}")))?;
+        if is_visible {
+            placed.drawn.push((index.value(), world_from_node));
+        } else {
+            placed.hidden += 1;
+        }
         waiting.extend(
             node.children
                 .iter()
                 .flatten()
                 .rev()
-                .map(|&child| (child, world_from_node)),
+                .map(|&child| (child, world_from_node, is_visible)),
         );
     }
     Ok(placed)

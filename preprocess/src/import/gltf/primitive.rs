@@ -92,17 +92,19 @@ struct Key {
 /// Reads primitives, each once.
 pub(super) struct Primitives<'a> {
     accessors: Accessors<'a>,
-    options: ImportOptions,
+    normals: bool,
+    uvs: bool,
     read: HashMap<Key, usize>,
     /// Bytes of the meshes read so far.
     mesh_bytes: u64,
 }
 
 impl<'a> Primitives<'a> {
-    pub(super) fn new(accessors: Accessors<'a>, options: ImportOptions) -> Self {
+    pub(super) fn new(accessors: Accessors<'a>, options: &ImportOptions) -> Self {
         Self {
             accessors,
-            options,
+            normals: options.normals,
+            uvs: options.uvs,
             read: HashMap::new(),
             mesh_bytes: 0,
         }
@@ -149,8 +151,8 @@ impl<'a> Primitives<'a> {
         skipped.skinned += usize::from(skin.is_some());
         let key = Key {
             position,
-            normal: attribute(Semantic::Normals).filter(|_| self.options.normals),
-            uv: attribute(Semantic::TexCoords(0)).filter(|_| self.options.uvs),
+            normal: attribute(Semantic::Normals).filter(|_| self.normals),
+            uv: attribute(Semantic::TexCoords(0)).filter(|_| self.uvs),
             indices: primitive.indices,
             mode,
             targets: targets

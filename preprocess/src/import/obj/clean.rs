@@ -29,13 +29,14 @@ pub(super) struct Cleaned {
     pub(super) curves: usize,
 }
 
-pub(super) fn clean(bytes: &[u8], options: ImportOptions) -> Result<Cleaned> {
+pub(super) fn clean(bytes: &[u8], options: &ImportOptions) -> Result<Cleaned> {
     let mut cleaner = Cleaner {
         cleaned: Cleaned {
             text: String::with_capacity(bytes.len()),
             ..Default::default()
         },
-        options,
+        normals: options.normals,
+        uvs: options.uvs,
         counts: [0; 3],
         not_finite: HashSet::new(),
         names: Default::default(),
@@ -75,7 +76,8 @@ type Corner = [Option<usize>; 3];
 
 struct Cleaner {
     cleaned: Cleaned,
-    options: ImportOptions,
+    normals: bool,
+    uvs: bool,
     /// Positions, texture coordinates and normals so far.
     counts: [usize; 3],
     /// Positions that are infinite or no number. They may stand there, but not in a face.
@@ -172,8 +174,8 @@ impl Cleaner {
         let normal = index("the normal", self.counts[2]).unwrap_or_default();
         Ok([
             Some(position),
-            uv.filter(|_| self.options.uvs),
-            normal.filter(|_| self.options.normals),
+            uv.filter(|_| self.uvs),
+            normal.filter(|_| self.normals),
         ])
     }
 

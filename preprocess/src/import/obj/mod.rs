@@ -6,6 +6,7 @@
 
 mod clean;
 mod mtl;
+mod polygon;
 
 use super::Import;
 use super::error::{ImportError, ImportErrorKind, Result};
@@ -13,6 +14,7 @@ use super::folder::Folder;
 use crate::scene::{SourceMesh, SourceObject};
 use clean::{Cleaned, clean};
 use glam::{DAffine3, DVec3, Vec3};
+use polygon::Cutter;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
@@ -42,9 +44,10 @@ pub(super) fn import(import: &mut Import<'_>) -> Result<()> {
     let mut without_normals = 0;
     let mut without_uvs = 0;
     let mut unknown_materials = 0;
+    let mut cutter = Cutter::new();
     // The cleaned copy lists the parts one after the other; without any, one empty model comes back.
     for (number, (part, model)) in cleaned.parts.iter().zip(models).enumerate() {
-        let mesh = mesh(&model.mesh, origin)
+        let mesh = mesh(&model.mesh, origin, &mut cutter)
             .map_err(|error| error.within(format_args!("object {:?}", part.name)))?;
         without_normals += usize::from(mesh.normals.is_empty() && !model.mesh.normals.is_empty());
         without_uvs += usize::from(mesh.uvs.is_empty() && !model.mesh.texcoords.is_empty());
@@ -79,6 +82,10 @@ pub(super) fn import(import: &mut Import<'_>) -> Result<()> {
             "objects with texture coordinates on some corners only, dropped",
         ),
         (
+            cutter.fans,
+            "concave polygons that cross themselves or are too many, cut as fans",
+        ),
+        (
             unknown_materials,
             "objects whose material is in no library, left white",
         ),
@@ -95,7 +102,8 @@ fn load(
 ) -> Result<(Vec<tobj::Model>, Vec<tobj::Material>)> {
     let options = tobj::LoadOptions {
         single_index: true,
-        triangulate: true,
+        // Cut here, in full knowledge of the positions: tobj makes fans of concave polygons too.
+        triangulate: false,
         ..Default::default()
     };
     let import = RefCell::new(import);
@@ -156,7 +164,7 @@ fn positions(mesh: &tobj::Mesh) -> impl Iterator<Item = DVec3> {
     positions.iter().copied().map(DVec3::from)
 }
 
-fn mesh(mesh: &tobj::Mesh, origin: DVec3) -> Result<SourceMesh> {
+fn mesh(mesh: &tobj::Mesh, origin: DVec3, cutter: &mut Cutter) -> Result<SourceMesh> {
     let positions: Vec<Vec3> = positions(mesh)
         .map(|point| (point - origin).as_vec3())
         .collect();
@@ -177,6 +185,18 @@ fn mesh(mesh: &tobj::Mesh, origin: DVec3) -> Result<SourceMesh> {
             .map(|lane| if lane.is_finite() { lane } else { 0.0 })
     };
     let all = |count| count == positions.len();
+    let indices = match mesh.face_arities.as_slice() {
+        [] => mesh.indices.clone(),
+        arities => {
+            let (mut indices, mut rest) = (Vec::new(), mesh.indices.as_slice());
+            for &arity in arities {
+                let (polygon, others) = rest.split_at(arity as usize);
+                cutter.cut(polygon, &positions, &mut indices);
+                rest = others;
+            }
+            indices
+        }
+    };
     Ok(SourceMesh {
         normals: match all(normals.len()) {
             true => normals.iter().map(normal).collect(),
@@ -187,6 +207,6 @@ fn mesh(mesh: &tobj::Mesh, origin: DVec3) -> Result<SourceMesh> {
             false => Vec::new(),
         },
         positions: positions.into_iter().map(Into::into).collect(),
-        indices: mesh.indices.clone(),
+        indices,
     })
 }
