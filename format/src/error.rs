@@ -119,10 +119,16 @@ pub struct CheckError {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
-    /// The path names a folder, or nothing.
+    /// The path names a folder, a device, or nothing.
     #[error("{}: not a file name; name the file to write", path.display())]
     NotAFile {
         /// The path given.
+        path: PathBuf,
+    },
+    /// There is a file of that name, and it is write-protected.
+    #[error("{}: is write-protected; make it writable or name another file", path.display())]
+    Protected {
+        /// The file to write.
         path: PathBuf,
     },
     /// The temporary file beside the target could not be created.

@@ -12,7 +12,7 @@ use crate::schema::SCHEMA_HASH;
 pub const MAGIC: [u8; 8] = *b"HROCBAKE";
 /// Counts up with every change of the header or of what the payload's fields mean. A change of the
 /// fields themselves shows in [`SCHEMA_HASH`].
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 /// Bytes before the payload; a multiple of every alignment in it.
 pub const HEADER_LEN: usize = 64;
 /// Flags that this version knows: none.

@@ -27,15 +27,17 @@ mod open;
 mod read;
 mod schema;
 mod types;
+mod unfinished;
 mod write;
 
 pub use error::{CheckError, IN_MEMORY, LooksLike, OpenError, WriteError};
 pub use header::{HEADER_LEN, Header, MAGIC, VERSION};
 pub use open::{BakedScene, Check};
-pub use read::bytes_of;
+pub use read::{bytes_of, dequantize};
 pub use schema::{Described, SCHEMA_HASH};
 pub use types::*;
-pub use write::{TEMPORARY_PREFIX, to_bytes, write};
+pub use unfinished::{TEMPORARY_PREFIX, discard_unfinished};
+pub use write::{to_bytes, write};
 
 /// Bits of [`Object::flags`].
 pub mod object_flags {

@@ -19,10 +19,10 @@ use crate::types::ArchivedScene;
 pub enum Check {
     /// The meshes' ranges lie within the vertices and indices. For files that this process wrote.
     Ranges,
-    /// Objects, bounds, names, cameras and trees are consistent: whatever follows them stays within
-    /// the arrays and ends. Linear in the objects, reads no vertex. What everybody should use.
+    /// Objects, indices, bounds, names, cameras and trees are consistent: whatever follows them, on the CPU or
+    /// the GPU, stays within the arrays and ends. Reads all but the vertices. What everybody should use.
     Objects,
-    /// The checksum, every index and every vertex too: reads the whole file.
+    /// The checksum and every vertex too: reads the whole file.
     Everything,
 }
 

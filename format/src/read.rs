@@ -1,12 +1,18 @@
 //! Reading an opened scene: arrays as bytes for the GPU, single entries as plain values for the CPU.
 
-use rend::{f32_le, i16_le, u32_le};
+use rend::{f32_le, i16_le, u16_le, u32_le};
 
 use crate::types::*;
 
 /// The bytes of an array, to upload as they are: `bytes_of(scene.objects.as_slice())`.
 pub fn bytes_of<T: bytemuck::Pod>(array: &[T]) -> &[u8] {
     bytemuck::cast_slice(array)
+}
+
+/// The object-space position that a quantized one stands for, as a GPU reads the vertex format `unorm16x4`: each
+/// coordinate over 65535, in 0..=1.
+pub fn dequantize(stored: [u16; 4]) -> [f32; 3] {
+    std::array::from_fn(|axis| f32::from(stored[axis]) / f32::from(u16::MAX))
 }
 
 impl ArchivedScene {
@@ -41,9 +47,30 @@ impl ArchivedScene {
         self.objects.iter().map(count).sum()
     }
 
-    /// All vertex positions, object space.
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.positions.len().max(self.quantized_positions.len())
+    }
+
+    /// Position of a vertex, object space, decoded where it is quantized.
+    ///
+    /// # Panics
+    /// If there is no such vertex.
+    pub fn position(&self, vertex: usize) -> [f32; 3] {
+        match self.quantized_positions.get(vertex) {
+            Some(stored) => dequantize(stored.map(|lane| lane.to_native())),
+            None => self.positions()[vertex],
+        }
+    }
+
+    /// All vertex positions, object space; empty where they are quantized.
     pub fn positions(&self) -> &[[f32; 3]] {
         bytemuck::cast_slice::<[f32_le; 3], _>(self.positions.as_slice())
+    }
+
+    /// All quantized vertex positions; empty where they are not. See [`dequantize`].
+    pub fn quantized_positions(&self) -> &[[u16; 4]] {
+        bytemuck::cast_slice::<[u16_le; 4], _>(self.quantized_positions.as_slice())
     }
 
     /// All indices, each mesh's counting from its first vertex.

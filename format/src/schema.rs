@@ -70,5 +70,6 @@ pub const SCHEMA_HASH: u64 = {
     hash = hash_text(hash, ObjectSource::DECLARATION);
     hash = hash_text(hash, Camera::DECLARATION);
     hash = hash_text(hash, SourceFile::DECLARATION);
+    hash = hash_text(hash, ReferencedFile::DECLARATION);
     hash_text(hash, Scene::DECLARATION)
 };

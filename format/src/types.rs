@@ -146,12 +146,24 @@ schema! {
 }
 
 schema! {
-    /// A file the bake read.
+    /// An input of the bake.
     struct SourceFile {
         /// File name without folders: a bake does not depend on where its input lies.
         pub name: String,
-        /// xxh3 of the bytes of the file and of every buffer it refers to, in order.
+        /// xxh3-64 of its bytes.
         pub hash: u64,
+    }
+}
+
+schema! {
+    /// A file that an input refers to and that the bake looked for: a buffer, a material library.
+    struct ReferencedFile {
+        /// Its path from the input's folder, as the input spells it.
+        pub name: String,
+        /// xxh3-64 of its bytes; 0 where there was no such file and the bake went on without.
+        pub hash: u64,
+        /// Index into [`Scene::source_files`].
+        pub by: u32,
     }
 }
 
@@ -166,6 +178,8 @@ schema! {
         pub settings: String,
         /// The inputs, in the order given.
         pub source_files: Vec<SourceFile>,
+        /// The files those refer to, in the order the bake looked for them.
+        pub referenced_files: Vec<ReferencedFile>,
         /// Where world's zero lies in the source's coordinates.
         pub origin: [f64; 3],
         /// The union of `object_bounds`; all zero in an empty scene.
@@ -182,8 +196,11 @@ schema! {
         pub names: Vec<u8>,
         /// The meshes.
         pub meshes: Vec<Mesh>,
-        /// Vertex positions, object space.
+        /// Vertex positions, object space; empty where they are quantized.
         pub positions: Vec<[f32; 3]>,
+        /// Quantized vertex positions x, y, z, 0: unsigned normalized 16-bit numbers, so that object space is
+        /// the unit cube and the object's matrix does the rest. Empty unless asked for.
+        pub quantized_positions: Vec<[u16; 4]>,
         /// Triangle list, relative to each mesh's first vertex.
         pub indices: Vec<u32>,
         /// Unit normals per vertex, octahedral, two signed normalized 16-bit numbers; empty where the

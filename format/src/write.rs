@@ -15,50 +15,52 @@ use xxhash_rust::xxh3::Xxh3Default;
 use crate::error::WriteError;
 use crate::header::{HEADER_LEN, Header};
 use crate::types::Scene;
+use crate::unfinished::Unfinished;
 
-/// What the temporary file's name begins with; it lies beside the target until it is complete.
-pub const TEMPORARY_PREFIX: &str = ".hroc-baking-";
 const BUFFER_LEN: usize = 1 << 20;
 
 /// Writes `scene` to `path` and returns the file's length in bytes.
 ///
 /// The file appears whole or not at all: it is written beside `path`, flushed to the disk and renamed.
-/// A file already there is replaced; whoever has it mapped keeps the old one. The bytes depend on
-/// the scene alone.
+/// A file already there is replaced, unless it is write-protected; whoever has it mapped keeps the old one.
+/// A symbolic link stays one: its target is replaced. The bytes depend on the scene alone.
+///
+/// A process that is killed leaves at most one temporary file, whose name begins with
+/// [`TEMPORARY_PREFIX`](crate::TEMPORARY_PREFIX); the next `write` to `path` removes it.
 pub fn write(path: &Path, scene: &Scene) -> Result<u64, WriteError> {
-    if path.file_name().is_none() || path.is_dir() {
-        return Err(WriteError::NotAFile { path: path.into() });
-    }
-    let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY_PREFIX).suffix(".tmp");
-    #[cfg(unix)]
-    {
-        // What a file gets by default; the system takes the umask off. (Temporary files are private.)
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut temporary = builder
-        .tempfile_in(folder)
-        .map_err(|source| WriteError::Create {
-            path: path.into(),
-            folder: folder.into(),
-            source,
-        })?;
-    let len = write_to(temporary.as_file_mut(), scene).map_err(|source| WriteError::Write {
-        path: path.into(),
-        source,
-    })?;
     let replace_error = |source| WriteError::Replace {
         path: path.into(),
         source,
     };
-    temporary
-        .persist(path)
-        .map_err(|error| replace_error(error.error))?;
+    let is_link = path.is_symlink();
+    let resolved = is_link.then(|| path.canonicalize()).transpose();
+    let target = resolved.map_err(replace_error)?;
+    let target = target.as_deref().unwrap_or(path);
+    let not_a_file = || WriteError::NotAFile { path: path.into() };
+    let name = target.file_name().ok_or_else(not_a_file)?;
+    if let Ok(present) = target.metadata() {
+        // Renaming would put a file in the place of a device or a pipe.
+        if !present.is_file() {
+            return Err(not_a_file());
+        }
+        if present.permissions().readonly() {
+            return Err(WriteError::Protected { path: path.into() });
+        }
+    }
+    let folder = match target.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let mut unfinished = Unfinished::create(folder, name).map_err(|source| WriteError::Create {
+        path: path.into(),
+        folder: folder.into(),
+        source,
+    })?;
+    let len = write_to(unfinished.file(), scene).map_err(|source| WriteError::Write {
+        path: path.into(),
+        source,
+    })?;
+    unfinished.persist(target).map_err(replace_error)?;
     // Makes the new name survive a power failure; only Unix can open a folder to do so.
     #[cfg(unix)]
     File::open(folder)

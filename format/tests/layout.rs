@@ -25,13 +25,14 @@ fn stored_structs() {
     layout!(ArchivedObjectSource: 12, align 4 { file: 0, node: 4, primitive: 8, });
     layout!(ArchivedBvh: 96, align 8 { split: 0, nodes: 16, parents: 32, leaf_of_object: 48, stats: 64, });
     layout!(ArchivedSourceFile: 24, align 8 { name: 0, hash: 16, });
+    layout!(ArchivedReferencedFile: 32, align 8 { name: 0, hash: 16, by: 24, });
     layout!(ArchivedCamera: 88, align 8 {
         name: 0, position: 16, orientation: 40, fov_y_rad: 72, half_height: 76, near: 80, far: 84,
     });
-    layout!(ArchivedScene: 304, align 8 {
-        name: 0, generator: 16, settings: 32, source_files: 48, origin: 64, bounds: 88, objects: 112,
-        object_bounds: 128, object_sources: 144, name_ends: 160, names: 176, meshes: 192, positions: 208,
-        indices: 224, normals: 240, uvs: 256, bvhs: 272, cameras: 288,
+    layout!(ArchivedScene: 336, align 8 {
+        name: 0, generator: 16, settings: 32, source_files: 48, referenced_files: 64, origin: 80, bounds: 104,
+        objects: 128, object_bounds: 144, object_sources: 160, name_ends: 176, names: 192, meshes: 208,
+        positions: 224, quantized_positions: 240, indices: 256, normals: 272, uvs: 288, bvhs: 304, cameras: 320,
     });
 }
 
@@ -43,7 +44,7 @@ fn header() {
     }
     .to_bytes();
     assert_eq!(bytes[..8], *b"HROCBAKE");
-    assert_eq!(bytes[8..16], [1, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(bytes[8..16], [2, 0, 0, 0, 0, 0, 0, 0]);
     assert_eq!(bytes[16..24], SCHEMA_HASH.to_le_bytes());
     assert_eq!(
         bytes[24..40],

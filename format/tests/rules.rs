@@ -291,12 +291,66 @@ fn tree_statistics() {
 }
 
 #[test]
-fn vertices() {
-    let check = |expected: &str, spoil: fn(&mut Scene)| refused(Check::Everything, expected, spoil);
+fn indices() {
+    let check = |expected: &str, spoil: fn(&mut Scene)| refused(Check::Objects, expected, spoil);
     check("mesh 1: index 4 of 4 vertices", |s| s.indices[12] = 4);
     check("mesh 2: index 4294967295 of 4 vertices", |s| {
         s.indices[35] = u32::MAX
     });
+}
+
+#[test]
+fn referenced_files() {
+    refused(
+        Check::Objects,
+        "referenced file 0: source file 1 of 1",
+        |s| s.referenced_files[0].by = 1,
+    );
+}
+
+/// The scene of 50 objects with its positions as 16-bit numbers.
+fn quantize(scene: &mut Scene) {
+    let stored = |p: &[f32; 3]| {
+        let [x, y, z] = p.map(|lane| (lane / 3.0 * 65535.0).round() as u16);
+        [x, y, z, 0]
+    };
+    scene.quantized_positions = scene.positions.iter().map(stored).collect();
+    scene.positions.clear();
+    for mesh in &mut scene.meshes {
+        mesh.max = mesh.max.map(|lane| lane / 3.0);
+    }
+}
+
+#[test]
+fn quantized_positions() {
+    let mut good = scene(50);
+    quantize(&mut good);
+    let bytes = file(&good);
+    let baked = open(&bytes, Check::Everything).unwrap();
+    assert_eq!(baked.scene().vertex_count(), 12);
+    assert_eq!(baked.scene().position(1), [1.0 / 3.0, 0.0, 0.0]);
+    refused(Check::Ranges, "positions: both plain and quantized", |s| {
+        s.quantized_positions = vec![[0; 4]; s.positions.len()]
+    });
+    let check = |expected: &str, spoil: fn(&mut Scene)| {
+        refused(Check::Everything, expected, |s| {
+            quantize(s);
+            spoil(s);
+        })
+    };
+    check("mesh 2: reserved bytes in use", |s| {
+        s.quantized_positions[10][3] = 1
+    });
+    check(
+        "mesh 0, vertex 2: position [1.0, 0.33333334, 0.0] outside the bounds [0.0, 0.0, 0.0] to \
+         [0.33333334, 0.33333334, 0.33333334]",
+        |s| s.quantized_positions[2][0] = u16::MAX,
+    );
+}
+
+#[test]
+fn vertices() {
+    let check = |expected: &str, spoil: fn(&mut Scene)| refused(Check::Everything, expected, spoil);
     check(
         "mesh 0, vertex 1: position [1.5, 0.0, 0.0] outside the bounds [0.0, 0.0, 0.0] to [1.0, 1.0, 1.0]",
         |s| {

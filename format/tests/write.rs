@@ -76,6 +76,67 @@ fn a_target_that_is_a_folder() {
     assert!(names(folder.path()).is_empty());
 }
 
+/// Renaming would replace the device itself.
+#[cfg(unix)]
+#[test]
+fn a_target_that_is_a_device() {
+    let error = write("/dev/null".as_ref(), &scene(1)).unwrap_err();
+    assert!(matches!(error, WriteError::NotAFile { .. }), "{error:?}");
+    assert!(!fs::metadata("/dev/null").unwrap().is_file());
+}
+
+#[test]
+fn a_write_protected_target_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.hroc");
+    fs::write(&path, "mine").unwrap();
+    let mut permissions = fs::metadata(&path).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&path, permissions).unwrap();
+    let error = write(&path, &scene(1)).unwrap_err();
+    assert!(matches!(error, WriteError::Protected { .. }), "{error:?}");
+    assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
+    assert_eq!(names(folder.path()), ["scene.hroc"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_stays_a_link() {
+    let folder = tempfile::tempdir().unwrap();
+    let [link, file] = ["link.hroc", "store/file.hroc"].map(|name| folder.path().join(name));
+    fs::create_dir(folder.path().join("store")).unwrap();
+    fs::write(&file, "before").unwrap();
+    std::os::unix::fs::symlink("store/file.hroc", &link).unwrap();
+    write(&link, &scene(3)).unwrap();
+    assert!(link.is_symlink());
+    assert_eq!(BakedScene::verify(&file).unwrap().scene().objects.len(), 3);
+}
+
+/// A dead writer's file has no lock; a living one's has.
+#[test]
+fn orphans_of_the_same_target_are_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    let prefix = |target: &str| {
+        let hash = xxhash_rust::xxh3::xxh3_64(target.as_bytes());
+        format!("{TEMPORARY_PREFIX}{hash:016x}-")
+    };
+    let make = |name: String| fs::File::create(folder.path().join(name)).unwrap();
+    let living = make(prefix("a.hroc") + "living.tmp");
+    living.lock().unwrap();
+    make(prefix("a.hroc") + "dead.tmp");
+    make(prefix("b.hroc") + "dead.tmp");
+    write(&folder.path().join("a.hroc"), &scene(1)).unwrap();
+    let mut left = names(folder.path());
+    left.sort();
+    let mut expected = [
+        prefix("a.hroc") + "living.tmp",
+        prefix("b.hroc") + "dead.tmp",
+    ];
+    expected.sort();
+    assert_eq!(left[..2], expected);
+    assert_eq!(left[2..], ["a.hroc"]);
+}
+
 #[test]
 fn nothing_is_left_when_the_last_step_fails() {
     let folder = tempfile::tempdir().unwrap();

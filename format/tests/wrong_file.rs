@@ -82,13 +82,13 @@ fn other_versions() {
     let mut bytes = file(&scene(1));
     for (version, expected) in [
         (0, "; bake it again with this version"),
-        (2, "; update hroc, or bake it again"),
+        (3, "; update hroc, or bake it again"),
     ] {
         bytes[8] = version;
         reseal_header(&mut bytes);
         assert_refused(
             &bytes,
-            &format!("format version {version}, but this program reads version 1{expected}"),
+            &format!("format version {version}, but this program reads version 2{expected}"),
         );
         assert!(matches!(
             open(&bytes, Check::Ranges),

@@ -2,14 +2,19 @@
 //! f64, nothing shared with any file format.
 
 use glam::{DAffine3, DQuat, DVec3};
+use std::path::PathBuf;
 
 /// Everything read from the inputs.
 #[derive(Clone, Debug, Default)]
 pub struct SourceScene {
     /// File stem of the first input.
     pub name: String,
-    /// The files read, in the order given.
+    /// The inputs, in the order given.
     pub files: Vec<SourceFile>,
+    /// The files those refer to, in the order they were looked for.
+    pub referenced_files: Vec<ReferencedFile>,
+    /// The scene that was asked for, where a file has several.
+    pub choice: Option<String>,
     /// Meshes; several objects may share one.
     pub meshes: Vec<SourceMesh>,
     /// Objects in source order: file by file, node by node (depth first), primitive by primitive.
@@ -25,8 +30,21 @@ pub struct SourceScene {
 pub struct SourceFile {
     /// File name without folders.
     pub name: String,
-    /// xxh3 of its bytes and those of the buffers it refers to.
+    /// xxh3 of its bytes.
     pub hash: u64,
+}
+
+/// A file that an input refers to: a buffer, a material library.
+#[derive(Clone, Debug)]
+pub struct ReferencedFile {
+    /// Its path from the input's folder, as the input spells it.
+    pub name: String,
+    /// Where that leads to from here.
+    pub path: PathBuf,
+    /// xxh3 of its bytes; 0 where it could not be read and the import went on without.
+    pub hash: u64,
+    /// Index into [`SourceScene::files`].
+    pub by: usize,
 }
 
 /// Triangles in object space. Every index is below `positions.len()`, the number of indices is a

@@ -8,6 +8,9 @@
 //!
 //! `|computed - exact| <= gamma * S`, `gamma = 4u / (1 - 4u)`, `S = sum |m_i||p_i| + |m.w|`.
 //!
+//! Where the GPU decodes `p` itself, from normalized 16-bit numbers, each coordinate is off by up to two more
+//! roundings (one of the division, one of a reciprocal in its place): `gamma = 6u / (1 - 6u)`.
+//!
 //! `S` is taken at the largest `|p_i|` of the mesh on each axis, so that it costs nothing per vertex.
 //! Denormals may be flushed to zero. None reaches the shader ([`round_to_f32`] and
 //! [`flush_denormals`] see to that), and each of the 7 operations then adds at most `2^-126`; 16 of
@@ -19,7 +22,10 @@ use hroc_format::Bounds;
 
 /// Operations are correct to either neighbour: one unit in the last place of f32.
 const UNIT: f64 = 1.0 / (1u64 << 23) as f64;
-const GAMMA: f64 = 4.0 * UNIT / (1.0 - 4.0 * UNIT);
+/// The largest relative error of a product that passes this many operations.
+const fn gamma(operations: u32) -> f64 {
+    operations as f64 * UNIT / (1.0 - operations as f64 * UNIT)
+}
 /// Rounding of the f64 evaluation and of the bound.
 const F64_SLACK: f64 = 1.0 / (1u64 << 48) as f64;
 const FLUSHED: f64 = 16.0 * f32::MIN_POSITIVE as f64;
@@ -53,11 +59,22 @@ pub struct Points {
     blocks: Vec<[[f64; LANES]; 3]>,
     /// Largest magnitude on each axis.
     max_abs: [f64; 3],
+    gamma: f64,
 }
 
 impl Points {
     /// Takes finite vertices without denormals.
     pub fn new(positions: &[[f32; 3]]) -> Self {
+        Self::passing(4, positions)
+    }
+
+    /// Takes vertices that the GPU decodes from normalized 16-bit numbers.
+    pub fn quantized(positions: &[[f32; 3]]) -> Self {
+        Self::passing(6, positions)
+    }
+
+    /// Takes vertices whose products pass so many operations.
+    fn passing(operations: u32, positions: &[[f32; 3]]) -> Self {
         let block = |chunk: &[[f32; 3]]| {
             std::array::from_fn(|axis| {
                 std::array::from_fn(|lane| f64::from(chunk[lane.min(chunk.len() - 1)][axis]))
@@ -72,6 +89,7 @@ impl Points {
         Self {
             blocks: positions.chunks(LANES).map(block).collect(),
             max_abs,
+            gamma: gamma(operations),
         }
     }
 
@@ -101,7 +119,7 @@ impl Points {
             if self.blocks.is_empty() || size.is_nan() || size > LARGEST {
                 return None;
             }
-            let error = (GAMMA + F64_SLACK) * size + FLUSHED;
+            let error = (self.gamma + F64_SLACK) * size + FLUSHED;
             let least = min[axis].iter().copied().fold(f64::INFINITY, f64::min);
             let most = max[axis].iter().copied().fold(f64::NEG_INFINITY, f64::max);
             bounds.min[axis] = round_down(least + row[3] - error);

@@ -84,7 +84,7 @@ fn scene(objects: usize, centre: DVec3) -> SourceScene {
             near: 0.1,
             far: f32::INFINITY,
         }],
-        warnings: vec![],
+        ..Default::default()
     }
 }
 
@@ -142,16 +142,36 @@ fn counts_ids_and_looks_are_those_of_the_source() {
 
 #[test]
 fn bounds_hold_every_vertex_near_and_far() {
-    for centre in [DVec3::ZERO, DVec3::splat(1e7), DVec3::new(-4e9, 3.0, 1e5)] {
-        let baked = baked(scene(50, centre), &BakeOptions::default());
+    let centres = [DVec3::ZERO, DVec3::splat(1e7), DVec3::new(-4e9, 3.0, 1e5)];
+    for (centre, quantize) in centres.into_iter().flat_map(|c| [(c, false), (c, true)]) {
+        let options = BakeOptions {
+            quantize,
+            ..Default::default()
+        };
+        let baked = baked(scene(50, centre), &options);
+        // Decoded by any GPU: each coordinate a unit in the last place to either side.
+        let decode = |stored: &[u16; 4]| hroc_format::dequantize(*stored);
+        let positions: Vec<[f32; 3]> = match quantize {
+            true => baked.quantized_positions.iter().map(decode).collect(),
+            false => baked.positions.clone(),
+        };
+        assert_eq!(baked.positions.is_empty(), quantize);
         assert!((DVec3::from(baked.origin) - centre).abs().max_element() < 1000.0);
         for (object, bounds) in baked.objects.iter().zip(&baked.object_bounds) {
             let mesh = baked.meshes[object.mesh as usize];
             let first = mesh.first_vertex as usize;
-            for p in &baked.positions[first..first + mesh.vertex_count as usize] {
-                for (axis, row) in object.world_from_object.iter().enumerate() {
-                    let value = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
-                    assert!(bounds.min[axis] <= value && value <= bounds.max[axis]);
+            for p in &positions[first..first + mesh.vertex_count as usize] {
+                for ulps in [-1, 0, 1] {
+                    let off = |x: f32| match ulps {
+                        -1 if quantize && x > 0.0 => x.next_down(),
+                        1 if quantize && x > 0.0 => x.next_up(),
+                        _ => x,
+                    };
+                    let p = p.map(off);
+                    for (axis, row) in object.world_from_object.iter().enumerate() {
+                        let value = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+                        assert!(bounds.min[axis] <= value && value <= bounds.max[axis]);
+                    }
                 }
             }
         }
@@ -219,8 +239,94 @@ fn options_leave_out_what_they_say() {
     let baked = baked(source, &options);
     assert!(baked.normals.is_empty() && baked.uvs.is_empty());
     assert_eq!(baked.bvhs.len(), 1);
-    let settings = r#"{"normals":false,"optimize":true,"splits":["middle"],"uvs":false}"#;
+    let settings = r#"{"normals":false,"optimize":true,"quantize":false,"scene":null,"split_objects":null,"splits":["middle"],"uvs":false}"#;
     assert_eq!(baked.settings, settings);
+}
+
+/// Every triangle of every object in world, in f64, as sorted lists.
+fn world_triangles(baked: &Scene) -> Vec<[DVec3; 3]> {
+    let mut triangles = Vec::new();
+    for object in &baked.objects {
+        let mesh = baked.meshes[object.mesh as usize];
+        let rows = object.world_from_object.map(|row| row.map(f64::from));
+        let corner = |&index: &u32| {
+            let vertex = (mesh.first_vertex + index) as usize;
+            let p = match baked.quantized_positions.get(vertex) {
+                Some(stored) => hroc_format::dequantize(*stored),
+                None => baked.positions[vertex],
+            };
+            let p = p.map(f64::from);
+            DVec3::from(rows.map(|row| row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3]))
+        };
+        let indices = &baked.indices[mesh.first_index as usize..][..mesh.index_count as usize];
+        triangles.extend(
+            indices
+                .chunks(3)
+                .map(|t| [corner(&t[0]), corner(&t[1]), corner(&t[2])]),
+        );
+    }
+    triangles
+}
+
+#[test]
+fn quantized_vertices_stay_within_their_promise() {
+    let source = scene(40, DVec3::splat(5e5));
+    let options = |quantize| BakeOptions {
+        quantize,
+        optimize: false,
+        ..Default::default()
+    };
+    let (plain, quantized) = (
+        baked(source.clone(), &options(false)),
+        baked(source, &options(true)),
+    );
+    let shift = DVec3::from(quantized.origin) - DVec3::from(plain.origin);
+    // Meshes are 3 long, transforms stretch by 4 at most in each of three columns.
+    let worst = 3.0 / 65534.0 * 12.0 + 1e-3;
+    for (a, b) in world_triangles(&plain)
+        .iter()
+        .zip(world_triangles(&quantized))
+    {
+        for (a, b) in a.iter().zip(b) {
+            assert!((*a - b - shift).abs().max_element() < worst, "{a} {b}");
+        }
+    }
+    let bytes = |scene: &Scene| to_bytes(scene).unwrap().len();
+    assert!(bytes(&quantized) < bytes(&plain));
+}
+
+#[test]
+fn large_meshes_become_several_objects() {
+    let source = scene(20, DVec3::ZERO);
+    let whole = baked(source.clone(), &BakeOptions::default());
+    let options = BakeOptions {
+        split_objects: std::num::NonZeroU32::new(50),
+        ..Default::default()
+    };
+    let parts = baked(source, &options);
+    assert!(parts.objects.len() > 20 && parts.meshes.iter().all(|mesh| mesh.index_count <= 150));
+    let sorted = |scene: &Scene| {
+        let mut triangles: Vec<_> = world_triangles(scene)
+            .iter()
+            .map(|triangle| {
+                let mut corners = triangle.map(|corner| corner.to_array().map(f64::to_bits));
+                corners.sort_unstable();
+                corners
+            })
+            .collect();
+        triangles.sort_unstable();
+        triangles
+    };
+    assert!(
+        sorted(&whole) == sorted(&parts),
+        "every triangle is where it was"
+    );
+    let nodes: Vec<u32> = parts
+        .object_sources
+        .iter()
+        .map(|source| source.node)
+        .collect();
+    assert!(nodes.is_sorted() && nodes[nodes.len() - 1] == 19);
 }
 
 #[test]

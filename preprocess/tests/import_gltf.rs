@@ -847,11 +847,20 @@ fn buffers_come_from_data_uris_and_from_beside_the_file() {
             &["leads out of the scene's folder"],
         );
     }
-    // The hash covers what the file refers to.
-    let hash = read("a b.bin").unwrap().files[0].hash;
-    assert_eq!(hash, read("a b.bin").unwrap().files[0].hash);
+    // What was read is told, with the hash of its bytes.
+    let referenced = |scene: SourceScene| {
+        let files = scene.referenced_files.into_iter();
+        files
+            .map(|file| (file.name, file.hash, file.by))
+            .collect::<Vec<_>>()
+    };
+    let before = referenced(read("a b.bin").unwrap());
+    assert_eq!(
+        (before[0].0.as_str(), before.len(), before[0].2),
+        ("a b.bin", 1, 0)
+    );
     std::fs::write(scenes.join("a b.bin"), vec![0; 36]).unwrap();
-    assert_ne!(hash, read("a b.bin").unwrap().files[0].hash);
+    assert_ne!(before, referenced(read("a b.bin").unwrap()));
 }
 
 #[test]

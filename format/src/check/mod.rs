@@ -17,6 +17,7 @@ pub(crate) fn check(scene: &ArchivedScene, depth: Check) -> Result {
     mesh_ranges(scene)?;
     if depth >= Check::Objects {
         objects::check(scene)?;
+        vertices::indices(scene)?;
         for (i, bvh) in scene.bvhs.iter().enumerate() {
             let split = bvh.split.as_str();
             ensure(
@@ -71,7 +72,7 @@ fn mesh_ranges(scene: &ArchivedScene) -> Result {
         })?;
         index += index_count;
         vertex += vertex_count;
-        let (indices, vertices) = (scene.indices.len(), scene.positions.len());
+        let (indices, vertices) = (scene.indices.len(), scene.vertex_count());
         ensure(index <= indices as u64, at, || {
             format!("indices up to {index} of {indices}")
         })?;
@@ -80,10 +81,16 @@ fn mesh_ranges(scene: &ArchivedScene) -> Result {
         })?;
     }
     same_count("indices", scene.indices.len(), index as usize)?;
-    same_count("positions", scene.positions.len(), vertex as usize)?;
+    let vertex = vertex as usize;
+    same_count("positions", scene.vertex_count(), vertex)?;
+    ensure(
+        scene.positions.is_empty() || scene.quantized_positions.is_empty(),
+        || "positions".into(),
+        || "both plain and quantized".into(),
+    )?;
     for (name, len) in [("normals", scene.normals.len()), ("uvs", scene.uvs.len())] {
         if len != 0 {
-            same_count(name, len, scene.positions.len())?;
+            same_count(name, len, vertex)?;
         }
     }
     Ok(())

@@ -27,6 +27,14 @@ pub(super) fn check(scene: &ArchivedScene) -> Result {
             || format!("bounds {min:?} to {max:?}"),
         )?;
     }
+    for (i, referenced) in scene.referenced_files.iter().enumerate() {
+        let (by, files) = (referenced.by.to_native(), scene.source_files.len());
+        ensure(
+            (by as usize) < files,
+            || format!("referenced file {i}"),
+            || format!("source file {by} of {files}"),
+        )?;
+    }
     objects(scene)?;
     bounds(scene)?;
     names(scene)?;

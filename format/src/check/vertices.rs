@@ -2,12 +2,14 @@
 //! branch per element, so that it runs at memory speed; only a failure looks for the culprit.
 
 use super::{Result, ensure, failure, mesh_box};
+use crate::read::dequantize;
 use crate::types::ArchivedScene;
 
-pub(super) fn check(scene: &ArchivedScene) -> Result {
-    let (positions, indices) = (scene.positions(), scene.indices());
+/// Every index is below its mesh's vertex count: what the GPU follows without asking.
+pub(super) fn indices(scene: &ArchivedScene) -> Result {
+    let indices = scene.indices();
     for (i, mesh) in scene.meshes.iter().enumerate() {
-        // Both ranges lie within the arrays: `mesh_ranges` was here before.
+        // The range lies within the array: `mesh_ranges` was here before.
         let indices = &indices[mesh.index_range()];
         let count = mesh.vertex_count.to_native();
         let largest = indices.iter().fold(0, |largest, &index| largest.max(index));
@@ -16,22 +18,38 @@ pub(super) fn check(scene: &ArchivedScene) -> Result {
             || format!("mesh {i}"),
             || format!("index {largest} of {count} vertices"),
         )?;
+    }
+    Ok(())
+}
 
-        let positions = &positions[mesh.vertex_range()];
+/// Every position lies within its mesh's bounds.
+pub(super) fn check(scene: &ArchivedScene) -> Result {
+    for (i, mesh) in scene.meshes.iter().enumerate() {
         let (min, max) = mesh_box(mesh);
-        if !all_within(positions, min, max) {
-            let outside = positions
+        let vertices = mesh.vertex_range();
+        let good = match scene.quantized_positions() {
+            [] => all_within(&scene.positions()[vertices.clone()], min, max),
+            quantized => quantized[vertices.clone()]
                 .iter()
-                .position(|&position| !within(position, min, max))
-                .unwrap_or(0);
+                .fold(true, |all, &stored| {
+                    all & (stored[3] == 0) & within(dequantize(stored), min, max)
+                }),
+        };
+        if !good {
+            let outside = vertices
+                .clone()
+                .position(|vertex| !within(scene.position(vertex), min, max));
+            // None is outside only where a fourth lane is in use.
+            let Some(outside) = outside else {
+                return Err(failure(
+                    || format!("mesh {i}"),
+                    || "reserved bytes in use".into(),
+                ));
+            };
+            let position = scene.position(vertices.start + outside);
             return Err(failure(
                 || format!("mesh {i}, vertex {outside}"),
-                || {
-                    format!(
-                        "position {:?} outside the bounds {min:?} to {max:?}",
-                        positions[outside]
-                    )
-                },
+                || format!("position {position:?} outside the bounds {min:?} to {max:?}"),
             ));
         }
     }

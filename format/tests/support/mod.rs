@@ -14,6 +14,11 @@ pub fn scene(count: u32) -> Scene {
             name: "grid.glb".into(),
             hash: 0x1234_5678_9ABC_DEF0,
         }],
+        referenced_files: vec![ReferencedFile {
+            name: "buffers/grid.bin".into(),
+            hash: 77,
+            by: 0,
+        }],
         origin: [1e6, 0.0, -2.5],
         ..Scene::default()
     };

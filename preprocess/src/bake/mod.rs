@@ -9,15 +9,22 @@ mod report;
 pub use report::{BakeReport, Stage, TreeReport};
 
 use crate::bvh;
+use crate::import::MAX_OBJECTS;
 use crate::normals;
 use crate::optimize::{self, MeshError};
 use crate::progress::Progress;
+use crate::quantize;
 use crate::scene::{SourceCamera, SourceMesh, SourceObject, SourceScene};
+use crate::subdivide;
 use crate::tree::{self, TreeBuilder};
 use crate::world_bounds::flush_denormals;
-use glam::DVec3;
-use hroc_format::{Bounds, Camera, Mesh, ObjectSource, Scene, SourceFile};
+use glam::{DAffine3, DVec3};
+use hroc_format::{Bounds, Camera, Mesh, ObjectSource, ReferencedFile, Scene, SourceFile};
 use rayon::prelude::*;
+use std::num::NonZeroU32;
+
+/// Program and version, as stored in the file.
+pub const GENERATOR: &str = concat!("hroc-bake ", env!("CARGO_PKG_VERSION"));
 
 /// What to bake.
 pub struct BakeOptions {
@@ -29,6 +36,10 @@ pub struct BakeOptions {
     pub normals: bool,
     /// Keep texture coordinates where the source has them.
     pub uvs: bool,
+    /// Cut meshes of more triangles than this into several objects.
+    pub split_objects: Option<NonZeroU32>,
+    /// Store positions as 16-bit numbers.
+    pub quantize: bool,
 }
 
 impl Default for BakeOptions {
@@ -38,21 +49,29 @@ impl Default for BakeOptions {
             optimize: true,
             normals: true,
             uvs: false,
+            split_objects: None,
+            quantize: false,
         }
     }
 }
 
 impl BakeOptions {
-    /// The options as stored in the file: only what decides its bytes.
-    fn settings(&self) -> String {
+    /// The options, and the scene chosen, as stored in the file: only what decides its bytes.
+    pub fn settings(&self, choice: Option<&str>) -> String {
         let splits: Vec<_> = self.splits.iter().map(|builder| builder.name()).collect();
         let Self {
+            splits: _,
             optimize,
             normals,
             uvs,
-            ..
+            split_objects,
+            quantize,
         } = self;
-        serde_json::json!({ "splits": splits, "optimize": optimize, "normals": normals, "uvs": uvs }).to_string()
+        let settings = serde_json::json!({
+            "splits": splits, "optimize": optimize, "normals": normals, "uvs": uvs, "scene": choice,
+            "split_objects": split_objects, "quantize": quantize,
+        });
+        settings.to_string()
     }
 }
 
@@ -83,6 +102,11 @@ pub enum BakeError {
     /// The scene does not fit the 32-bit numbers of the format.
     #[error("the scene has more than 2^32 - 1 {0}; split it into several files")]
     TooLarge(&'static str),
+    /// Cutting meshes would make more objects than an import may.
+    #[error(
+        "--split-objects would make more than {MAX_OBJECTS} objects; allow more triangles per object"
+    )]
+    TooManyParts,
     /// No tree could be built.
     #[error("tree {split}: {source}")]
     Tree {
@@ -98,14 +122,14 @@ pub enum BakeError {
 /// # Errors
 /// If the source breaks its promises, leaves the range of f32 or exceeds the format's 32-bit counts.
 pub fn bake(
-    source: SourceScene,
+    mut source: SourceScene,
     options: &BakeOptions,
     progress: &dyn Progress,
 ) -> Result<(Scene, BakeReport), BakeError> {
     let mut report = BakeReport {
-        objects: source.objects.len(),
+        source_objects: source.objects.len(),
         source_vertices: source.meshes.iter().map(|mesh| mesh.positions.len()).sum(),
-        warnings: source.warnings,
+        warnings: std::mem::take(&mut source.warnings),
         ..Default::default()
     };
     let dangling = |object: &SourceObject| {
@@ -115,11 +139,30 @@ pub fn bake(
         return Err(BakeError::Dangling(object));
     }
 
+    if let Some(max) = options.split_objects.map(|max| max.get() as usize) {
+        if subdivide::object_count(&source, max) > MAX_OBJECTS as u64 {
+            return Err(BakeError::TooManyParts);
+        }
+        progress.stage("subdivide", 0);
+        report
+            .timed("subdivide", || subdivide::subdivide(&mut source, max))
+            .map_err(|(mesh, source)| BakeError::Mesh { mesh, source })?;
+    }
+    report.objects = source.objects.len();
+
     progress.stage("optimize", source.meshes.len() as u64);
     let keep = Keep::of(&source.meshes, options);
-    let meshes = report.timed("optimize", || {
-        prepare(source.meshes, options, keep, progress)
-    })?;
+    let (meshes, source_from_mesh): (Vec<_>, Vec<_>) = report
+        .timed("optimize", || {
+            prepare(source.meshes, options, keep, progress)
+        })?
+        .into_iter()
+        .unzip();
+    if options.quantize {
+        for object in &mut source.objects {
+            object.world_from_object *= source_from_mesh[object.mesh];
+        }
+    }
     report.meshes = meshes.len();
     report.vertices = meshes.iter().map(|mesh| mesh.positions.len()).sum();
     report.stored_triangles = meshes.iter().map(|mesh| mesh.indices.len() / 3).sum();
@@ -129,11 +172,11 @@ pub fn bake(
         .map(|object| meshes[object.mesh].indices.len() as u64 / 3)
         .sum();
 
-    let packed = report.timed("pack", || Packed::new(&meshes, keep))?;
+    let packed = report.timed("pack", || Packed::new(&meshes, keep, options.quantize))?;
     progress.stage("bounds", source.objects.len() as u64);
     let origin = place::origin(&source.objects, &packed.meshes);
     let placed = report.timed("bounds", || {
-        place::place(&source.objects, &meshes, origin, progress)
+        place::place(&source.objects, &meshes, origin, options.quantize, progress)
     });
     let (objects, object_bounds) = placed?;
     drop(meshes);
@@ -148,14 +191,23 @@ pub fn bake(
     let (names, name_ends) = names(&source.objects)?;
     let scene = Scene {
         name: source.name,
-        generator: concat!("hroc-bake ", env!("CARGO_PKG_VERSION")).into(),
-        settings: options.settings(),
+        generator: GENERATOR.into(),
+        settings: options.settings(source.choice.as_deref()),
         source_files: source
             .files
             .into_iter()
             .map(|file| SourceFile {
                 name: file.name,
                 hash: file.hash,
+            })
+            .collect(),
+        referenced_files: source
+            .referenced_files
+            .into_iter()
+            .map(|file| ReferencedFile {
+                name: file.name,
+                hash: file.hash,
+                by: file.by as u32,
             })
             .collect(),
         origin: origin.into(),
@@ -174,6 +226,7 @@ pub fn bake(
         names,
         meshes: packed.meshes,
         positions: packed.positions,
+        quantized_positions: packed.quantized_positions,
         indices: packed.indices,
         normals: packed.normals,
         uvs: packed.uvs,
@@ -203,13 +256,14 @@ impl Keep {
     }
 }
 
-/// Checks and optimizes the meshes and gives all of them the same attributes.
+/// Checks and optimizes the meshes and gives all of them the same attributes. With each comes what takes it to the
+/// object space of its source.
 fn prepare(
     meshes: Vec<SourceMesh>,
     options: &BakeOptions,
     keep: Keep,
     progress: &dyn Progress,
-) -> Result<Vec<SourceMesh>, BakeError> {
+) -> Result<Vec<(SourceMesh, DAffine3)>, BakeError> {
     let prepare = |(index, mut mesh): (usize, SourceMesh)| {
         let fault = |source| BakeError::Mesh {
             mesh: index,
@@ -230,11 +284,16 @@ fn prepare(
         } else if mesh.uvs.is_empty() {
             mesh.uvs = vec![[0.0; 2]; mesh.positions.len()];
         }
+        // Before vertices are merged: on the grid some meet.
+        let source_from_mesh = match options.quantize {
+            true => quantize::quantize(&mut mesh),
+            false => DAffine3::IDENTITY,
+        };
         if options.optimize {
             mesh = optimize::optimize(&mesh).map_err(fault)?;
         }
         progress.advance(1);
-        Ok(mesh)
+        Ok((mesh, source_from_mesh))
     };
     meshes.into_par_iter().enumerate().map(prepare).collect()
 }
@@ -243,13 +302,14 @@ fn prepare(
 struct Packed {
     meshes: Vec<Mesh>,
     positions: Vec<[f32; 3]>,
+    quantized_positions: Vec<[u16; 4]>,
     indices: Vec<u32>,
     normals: Vec<[i16; 2]>,
     uvs: Vec<[f32; 2]>,
 }
 
 impl Packed {
-    fn new(sources: &[SourceMesh], keep: Keep) -> Result<Self, BakeError> {
+    fn new(sources: &[SourceMesh], keep: Keep, quantize: bool) -> Result<Self, BakeError> {
         let vertex_count = sources.iter().map(|mesh| mesh.positions.len()).sum();
         let index_count = sources.iter().map(|mesh| mesh.indices.len()).sum();
         for (count, what) in [
@@ -263,11 +323,13 @@ impl Packed {
         }
         let mut packed = Self {
             meshes: Vec::with_capacity(sources.len()),
-            positions: Vec::with_capacity(vertex_count),
+            positions: Vec::with_capacity(if quantize { 0 } else { vertex_count }),
+            quantized_positions: Vec::with_capacity(if quantize { vertex_count } else { 0 }),
             indices: Vec::with_capacity(index_count),
             normals: Vec::with_capacity(if keep.normals { vertex_count } else { 0 }),
             uvs: Vec::with_capacity(if keep.uvs { vertex_count } else { 0 }),
         };
+        let mut first_vertex = 0;
         for source in sources {
             let fold = |start: f32, pick: fn(f32, f32) -> f32| {
                 let pick =
@@ -279,11 +341,19 @@ impl Packed {
                 first_index: packed.indices.len() as u32,
                 max: fold(f32::NEG_INFINITY, f32::max),
                 index_count: source.indices.len() as u32,
-                first_vertex: packed.positions.len() as u32,
+                first_vertex: first_vertex as u32,
                 vertex_count: source.positions.len() as u32,
                 reserved: [0; 2],
             });
-            packed.positions.extend(&source.positions);
+            first_vertex += source.positions.len();
+            if quantize {
+                let positions = source.positions.iter().copied();
+                packed
+                    .quantized_positions
+                    .extend(positions.map(quantize::encode));
+            } else {
+                packed.positions.extend(&source.positions);
+            }
             packed.indices.extend(&source.indices);
             packed.normals.extend(
                 source

@@ -47,11 +47,15 @@ pub(super) fn place(
     sources: &[SourceObject],
     meshes: &[SourceMesh],
     origin: DVec3,
+    quantized: bool,
     progress: &dyn Progress,
 ) -> Result<(Vec<Object>, Vec<Bounds>), BakeError> {
     let points: Vec<Points> = meshes
         .par_iter()
-        .map(|mesh| Points::new(&mesh.positions))
+        .map(|mesh| match quantized {
+            true => Points::quantized(&mesh.positions),
+            false => Points::new(&mesh.positions),
+        })
         .collect();
     let place = |(id, source): (usize, &SourceObject)| {
         let world_from_object = round_to_f32(&source.world_from_object, origin);

@@ -1,11 +1,13 @@
 //! What a bake tells about itself.
 
-use hroc_format::BvhStats;
+use hroc_format::{ArchivedBvh, ArchivedScene, BvhStats};
 use std::time::Instant;
 
 /// What a bake did.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 pub struct BakeReport {
+    /// Objects of the source, before large ones are cut; 0 where the source was not read.
+    pub source_objects: usize,
     /// Number of objects.
     pub objects: usize,
     /// Triangles drawn, instances counted each.
@@ -14,7 +16,7 @@ pub struct BakeReport {
     pub meshes: usize,
     /// Vertices stored.
     pub vertices: usize,
-    /// Vertices of the source's meshes.
+    /// Vertices of the source's meshes; 0 where the source was not read.
     pub source_vertices: usize,
     /// Triangles stored.
     pub stored_triangles: usize,
@@ -69,6 +71,25 @@ pub struct Stage {
 }
 
 impl BakeReport {
+    /// What can be told of a scene that was baked before.
+    pub fn of(scene: &ArchivedScene) -> Self {
+        let tree = |bvh: &ArchivedBvh| {
+            TreeReport::new(&bvh.split, bvh.nodes.len(), &bvh.stats.to_native())
+        };
+        Self {
+            source_objects: 0,
+            objects: scene.objects.len(),
+            triangles: scene.drawn_triangle_count(),
+            meshes: scene.meshes.len(),
+            vertices: scene.vertex_count(),
+            source_vertices: 0,
+            stored_triangles: scene.indices.len() / 3,
+            trees: scene.bvhs.iter().map(tree).collect(),
+            stages: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
     /// Runs a stage and notes how long it took.
     pub(super) fn timed<T>(&mut self, name: &'static str, stage: impl FnOnce() -> T) -> T {
         let start = Instant::now();

@@ -1,13 +1,13 @@
 //! `hroc-bake bake`.
 
-use super::{Failure, progress, say};
+use super::{Failure, depfile, progress, say, signals, unchanged};
 use crate::bake::{self, BakeOptions, BakeReport, Stage};
 use crate::import::{self, ImportOptions};
 use crate::tree;
 use clap::builder::PossibleValuesParser;
 use std::fs;
 use std::io::{self, Write};
-use std::num::NonZeroUsize;
+use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -28,6 +28,18 @@ pub(super) struct Arguments {
     /// Threads to use; all cores by default. The file does not depend on it.
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
+    /// Cut meshes of more than N triangles into compact objects of at most so many.
+    #[arg(long, value_name = "N")]
+    split_objects: Option<NonZeroU32>,
+    /// Store positions as 16-bit numbers on a grid per mesh: within a 65534th of its longest edge.
+    #[arg(long)]
+    quantize: bool,
+    /// Leave OUT alone where this version baked it from the same bytes with the same options.
+    #[arg(long)]
+    if_changed: bool,
+    /// Write the files that were read to FILE, for make and ninja.
+    #[arg(long, value_name = "FILE")]
+    depfile: Option<PathBuf>,
     /// Write a report of the bake (counts, trees, times, warnings) to FILE; - for stdout.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -68,12 +80,15 @@ struct Report<'a> {
     output: String,
     file_bytes: u64,
     seconds: f64,
+    /// Nothing was baked: the output is what the bake would write.
+    unchanged: bool,
     #[serde(flatten)]
     bake: &'a BakeReport,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     check(arguments)?;
+    signals::tidy_up_on_termination();
     let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(jobs) = arguments.jobs {
         pool = pool.num_threads(jobs.get());
@@ -91,6 +106,7 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
         output,
         split,
         json,
+        depfile,
         ..
     } = arguments;
     if let Some(name) = split
@@ -109,7 +125,11 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
         )));
     }
     let json = json.as_deref().filter(|path| *path != Path::new("-"));
-    for target in [Some(output.as_path()), json].into_iter().flatten() {
+    let depfile = depfile.as_deref();
+    for target in [Some(output.as_path()), json, depfile]
+        .into_iter()
+        .flatten()
+    {
         if inputs.iter().any(|input| same_file(input, target)) {
             let target = target.display();
             return Err(Failure::usage(format_args!(
@@ -122,7 +142,7 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
                 "{target}: is a folder; name a file to write"
             )));
         }
-        let folder = folder(target);
+        let folder = folder_of(target);
         if !folder.is_dir() {
             let (target, folder) = (target.display(), folder.display());
             return Err(Failure::file(format_args!(
@@ -130,13 +150,26 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
             )));
         }
     }
-    if json.is_some_and(|json| json == output || same_file(json, output)) {
-        return Err(Failure::usage("--json names the output; name another file"));
+    for (name, target, others) in [
+        ("--json", json, [Some(output.as_path()), depfile]),
+        ("--depfile", depfile, [Some(output.as_path()), json]),
+    ] {
+        let Some(target) = target else { continue };
+        if let Some(other) = others
+            .into_iter()
+            .flatten()
+            .find(|other| *other == target || same_file(other, target))
+        {
+            let other = other.display();
+            return Err(Failure::usage(format_args!(
+                "{name} names {other}, which is written too; name another file"
+            )));
+        }
     }
     Ok(())
 }
 
-fn folder(file: &Path) -> &Path {
+fn folder_of(file: &Path) -> &Path {
     file.parent()
         .filter(|folder| *folder != Path::new(""))
         .unwrap_or(Path::new("."))
@@ -174,7 +207,28 @@ fn bake(arguments: &Arguments) -> Result<(), Failure> {
         optimize: !arguments.no_optimize,
         normals: !arguments.no_normals,
         uvs: arguments.uvs,
+        split_objects: arguments.split_objects,
+        quantize: arguments.quantize,
     };
+    let settings = options.settings(arguments.scene.as_deref());
+    if arguments.if_changed
+        && let Some(baked) = unchanged::open(&arguments.output, &arguments.inputs, &settings)
+    {
+        say(format_args!(
+            "{}: unchanged, {:.2} s",
+            arguments.output.display(),
+            start.elapsed().as_secs_f64()
+        ));
+        let file_bytes = baked.file_bytes().len() as u64;
+        let referenced = baked.scene().referenced_files.iter();
+        let referenced = referenced.filter(|file| file.hash != 0).filter_map(|file| {
+            let by = arguments.inputs.get(file.by.to_native() as usize)?;
+            Some(import::beside(by, &file.name))
+        });
+        write_depfile(arguments, referenced)?;
+        let report = BakeReport::of(baked.scene());
+        return write_report(arguments, &report, file_bytes, start, true);
+    }
     let wanted = ImportOptions {
         scene: arguments.scene.clone(),
         normals: options.normals,
@@ -182,13 +236,16 @@ fn bake(arguments: &Arguments) -> Result<(), Failure> {
     };
     let source = import::import(&arguments.inputs, &wanted, &*progress).map_err(Failure::file)?;
     let import_seconds = start.elapsed().as_secs_f64();
+    let referenced: Vec<PathBuf> = source
+        .referenced_files
+        .iter()
+        .filter(|file| file.hash != 0)
+        .map(|file| file.path.clone())
+        .collect();
     let inputs = || {
-        arguments
-            .inputs
-            .iter()
-            .map(|path| path.display().to_string())
-            .collect::<Vec<_>>()
-            .join(", ")
+        let names = arguments.inputs.iter();
+        let names: Vec<_> = names.map(|path| path.display().to_string()).collect();
+        names.join(", ")
     };
     let (scene, mut report) = bake::bake(source, &options, &*progress)
         .map_err(|error| Failure::file(format_args!("{}: {error}", inputs())))?;
@@ -212,20 +269,58 @@ fn bake(arguments: &Arguments) -> Result<(), Failure> {
         .warnings
         .iter()
         .for_each(|warning| say(format_args!("warning: {warning}")));
-    let seconds = start.elapsed().as_secs_f64();
-    summarize(arguments, &report, file_bytes, seconds);
-    let output = arguments.output.display().to_string();
+    summarize(
+        arguments,
+        &report,
+        file_bytes,
+        start.elapsed().as_secs_f64(),
+    );
+    write_depfile(arguments, referenced.into_iter())?;
+    write_report(arguments, &report, file_bytes, start, false)
+}
+
+/// Writes the depfile, where one is wanted: the inputs and what they refer to, each once.
+fn write_depfile(
+    arguments: &Arguments,
+    referenced: impl Iterator<Item = PathBuf>,
+) -> Result<(), Failure> {
+    let Some(path) = &arguments.depfile else {
+        return Ok(());
+    };
+    let mut inputs = Vec::new();
+    for path in arguments.inputs.iter().cloned().chain(referenced) {
+        if !inputs.contains(&path) {
+            inputs.push(path);
+        }
+    }
+    depfile::write(path, &arguments.output, &inputs).map_err(|error| {
+        Failure::file(format_args!(
+            "{}: cannot be written: {error}; the baked file is complete",
+            path.display()
+        ))
+    })
+}
+
+/// Writes the report, where one is wanted.
+fn write_report(
+    arguments: &Arguments,
+    bake: &BakeReport,
+    file_bytes: u64,
+    start: Instant,
+    unchanged: bool,
+) -> Result<(), Failure> {
+    let Some(path) = &arguments.json else {
+        return Ok(());
+    };
     let report = Report {
         schema: 1,
-        output,
+        output: arguments.output.display().to_string(),
         file_bytes,
-        seconds,
-        bake: &report,
+        seconds: start.elapsed().as_secs_f64(),
+        unchanged,
+        bake,
     };
-    arguments
-        .json
-        .as_deref()
-        .map_or(Ok(()), |path| write_json(path, &report))
+    write_json(path, &report)
 }
 
 fn summarize(arguments: &Arguments, report: &BakeReport, file_bytes: u64, seconds: f64) {

@@ -53,6 +53,7 @@ struct Summary {
     settings: serde_json::Value,
     file_bytes: usize,
     source_files: Vec<SourceFile>,
+    referenced_files: Vec<SourceFile>,
     origin: [f64; 3],
     bounds: Box3,
     counts: Counts,
@@ -150,6 +151,14 @@ impl Summary {
                     hash: format!("{:016x}", file.hash.to_native()),
                 })
                 .collect(),
+            referenced_files: scene
+                .referenced_files
+                .iter()
+                .map(|file| SourceFile {
+                    name: file.name.as_str().into(),
+                    hash: format!("{:016x}", file.hash.to_native()),
+                })
+                .collect(),
             origin: scene.origin.map(|x| x.to_native()),
             bounds: scene.bounds.to_native().into(),
             counts: Counts {
@@ -159,7 +168,7 @@ impl Summary {
                 triangles: scene.drawn_triangle_count(),
                 meshes: scene.meshes.len(),
                 stored_triangles: scene.indices.len() / 3,
-                vertices: scene.positions.len(),
+                vertices: scene.vertex_count(),
                 cameras: scene.cameras.len(),
             },
             bytes: vec![
@@ -175,6 +184,10 @@ impl Summary {
                 ),
                 ("meshes", size_of_val(scene.meshes.as_slice())),
                 ("positions", size_of_val(scene.positions())),
+                (
+                    "quantized_positions",
+                    size_of_val(scene.quantized_positions()),
+                ),
                 ("indices", size_of_val(scene.indices())),
                 ("normals", size_of_val(scene.normals())),
                 ("uvs", size_of_val(scene.uvs())),

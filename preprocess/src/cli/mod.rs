@@ -7,9 +7,12 @@
 
 mod bake;
 mod camera_path;
+mod depfile;
 mod generate;
 mod inspect;
 mod progress;
+mod signals;
+mod unchanged;
 mod verify;
 
 use clap::{Parser, Subcommand};
@@ -21,6 +24,8 @@ const EXAMPLES: &str = "\
 Examples:
   hroc-bake bake town.glb -o town.hroc
   hroc-bake bake walls.obj pipes.obj -o plant.hroc --split sah --json plant.json
+  hroc-bake bake town.glb -o town.hroc --if-changed --depfile town.d
+  hroc-bake bake plan.glb -o plan.hroc --split-objects 5000 --quantize
   hroc-bake inspect town.hroc
   hroc-bake inspect town.hroc --json | jq '.objects[17]'
   hroc-bake verify town.hroc

@@ -1,26 +1,54 @@
 //! Reads the files that a scene refers to: from the scene's own folder and below, from nowhere else.
 
 use super::error::{ImportError, ImportErrorKind, Result};
+use crate::scene::ReferencedFile;
+use std::cell::RefCell;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
+use xxhash_rust::xxh3::xxh3_64;
 
-/// The folder a scene file lies in.
+/// The folder a scene file lies in, and what was looked for there.
 pub(crate) struct Folder {
+    file: PathBuf,
     path: PathBuf,
+    by: usize,
+    looked_for: RefCell<Vec<ReferencedFile>>,
 }
 
 impl Folder {
-    pub(crate) fn of(file: &Path) -> Self {
+    /// The folder of `file`, which is the input of that number.
+    pub(crate) fn of(file: &Path, by: usize) -> Self {
         let path = match file.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
             _ => PathBuf::from("."),
         };
-        Self { path }
+        Self {
+            file: file.to_owned(),
+            path,
+            by,
+            looked_for: RefCell::default(),
+        }
+    }
+
+    /// What was looked for, in order.
+    pub(crate) fn into_looked_for(self) -> Vec<ReferencedFile> {
+        self.looked_for.into_inner()
     }
 
     /// Reads the file at `relative`, which may contain folders but may not leave this one: not by an
     /// absolute path, not by `..`, not through a symbolic link.
     pub(crate) fn read(&self, relative: &str) -> Result<Vec<u8>> {
+        let bytes = self.find(relative);
+        self.looked_for.borrow_mut().push(ReferencedFile {
+            name: relative.to_owned(),
+            path: beside(&self.file, relative),
+            hash: bytes.as_deref().map_or(0, xxh3_64),
+            by: self.by,
+        });
+        bytes
+    }
+
+    fn find(&self, relative: &str) -> Result<Vec<u8>> {
         let refused = |why: &str| {
             ImportError::malformed(format!("{relative:?} {why}"))
                 .next("put the file beside the scene and refer to it by its name")
@@ -52,6 +80,11 @@ impl Folder {
         }
         read_regular(&target).map_err(unreadable)
     }
+}
+
+/// Where the path `relative` from the folder of `file` leads, spelled like `file`.
+pub(crate) fn beside(file: &Path, relative: &str) -> PathBuf {
+    file.parent().unwrap_or(Path::new("")).join(relative)
 }
 
 /// Reads a regular file; a pipe or a device could deliver bytes without end.

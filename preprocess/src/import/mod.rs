@@ -14,12 +14,14 @@ mod gltf;
 mod obj;
 
 pub use error::{ImportError, ImportErrorKind};
+pub(crate) use folder::beside;
 pub use gltf::CameraChoice;
 
 use crate::camera_path::CameraPath;
 use crate::progress::Progress;
 use crate::scene::{SourceFile, SourceScene};
 use error::Result;
+use folder::Folder;
 use std::path::{Path, PathBuf};
 
 /// More objects than this are refused: instancing lets a small file ask for any number of them.
@@ -48,15 +50,14 @@ impl Default for ImportOptions {
 
 /// A file being imported, and where its content goes.
 pub(crate) struct Import<'a> {
-    /// The file's path, for the files beside it.
-    path: &'a Path,
     /// Its content.
     bytes: &'a [u8],
     /// Its index in [`SourceScene::files`].
     file: usize,
+    /// The folder it lies in.
+    folder: &'a Folder,
     options: &'a ImportOptions,
     scene: &'a mut SourceScene,
-    hash: xxhash_rust::xxh3::Xxh3,
 }
 
 impl Import<'_> {
@@ -99,7 +100,10 @@ pub fn import(
     options: &ImportOptions,
     progress: &dyn Progress,
 ) -> Result<SourceScene, ImportError> {
-    let mut scene = SourceScene::default();
+    let mut scene = SourceScene {
+        choice: options.scene.clone(),
+        ..Default::default()
+    };
     if let Some(stem) = paths.first().and_then(|path| path.file_stem()) {
         scene.name = stem.to_string_lossy().into_owned();
     }
@@ -131,6 +135,12 @@ pub fn camera_path(path: &Path, choice: CameraChoice<'_>) -> Result<CameraPath, 
     read().map_err(|error| error.in_file(path))
 }
 
+/// The hash that [`import`] gives a file that the input at `by` refers to; 0 where it cannot be read.
+pub fn hash_referenced(by: &Path, name: &str) -> u64 {
+    let bytes = Folder::of(by, 0).read(name);
+    bytes.map_or(0, |bytes| xxhash_rust::xxh3::xxh3_64(&bytes))
+}
+
 fn import_file(path: &Path, options: &ImportOptions, scene: &mut SourceScene) -> Result<()> {
     let bytes = read(path)?;
     let importer = IMPORTERS
@@ -142,21 +152,19 @@ fn import_file(path: &Path, options: &ImportOptions, scene: &mut SourceScene) ->
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned();
-    scene.files.push(SourceFile { name, hash: 0 });
+    let hash = xxhash_rust::xxh3::xxh3_64(&bytes);
+    scene.files.push(SourceFile { name, hash });
     let file = scene.files.len() - 1;
-    let mut hash = xxhash_rust::xxh3::Xxh3::new();
-    hash.update(&bytes);
+    let folder = Folder::of(path, file);
     let mut import = Import {
-        path,
         bytes: &bytes,
         file,
+        folder: &folder,
         options,
         scene,
-        hash,
     };
     (importer.import)(&mut import)?;
-    let hash = import.hash.digest();
-    scene.files[file].hash = hash;
+    scene.referenced_files.extend(folder.into_looked_for());
     Ok(())
 }
 

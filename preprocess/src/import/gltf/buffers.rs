@@ -11,18 +11,17 @@ use gltf::json::{Index, Root};
 use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::ops::Range;
-use xxhash_rust::xxh3::Xxh3;
 
 pub(super) struct Buffers<'a> {
     root: &'a Root,
     bin: Option<&'a [u8]>,
-    folder: Folder,
+    folder: &'a Folder,
     loaded: Vec<OnceCell<Cow<'a, [u8]>>>,
     decompressed: Vec<OnceCell<Vec<u8>>>,
 }
 
 impl<'a> Buffers<'a> {
-    pub(super) fn new(root: &'a Root, bin: Option<&'a [u8]>, folder: Folder) -> Self {
+    pub(super) fn new(root: &'a Root, bin: Option<&'a [u8]>, folder: &'a Folder) -> Self {
         let loaded = root.buffers.iter().map(|_| OnceCell::new()).collect();
         let decompressed = root.buffer_views.iter().map(|_| OnceCell::new()).collect();
         Self {
@@ -124,15 +123,6 @@ impl<'a> Buffers<'a> {
             .filter_map(OnceCell::get)
             .map(|bytes| bytes.len() as u64)
             .sum()
-    }
-
-    /// Hashes the loaded buffers that are not part of the scene file, in the file's order.
-    pub(super) fn hash_into(&self, hash: &mut Xxh3) {
-        for bytes in self.loaded.iter().filter_map(OnceCell::get) {
-            if let Cow::Owned(bytes) = bytes {
-                hash.update(bytes);
-            }
-        }
     }
 }
 

@@ -99,7 +99,8 @@ pub(super) fn camera_path(
     };
     let document = Document::parse(json)?;
     extensions::check_version(&document.root)?;
-    let buffers = Buffers::new(&document.root, bin, Folder::of(path));
+    let folder = Folder::of(path, 0);
+    let buffers = Buffers::new(&document.root, bin, &folder);
     let accessors = Accessors::new(&document.root, &buffers);
     let animations = animation::read(json)?;
     camera_path::camera_path(&document, &animations, &accessors, choice)
@@ -119,7 +120,7 @@ fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> 
             "{name} is required by the file, but does not touch geometry; ignored"
         ));
     }
-    let buffers = Buffers::new(root, bin, Folder::of(import.path));
+    let buffers = Buffers::new(root, bin, import.folder);
     let accessors = Accessors::new(root, &buffers);
     let mut drawing = Drawing {
         root,
@@ -143,7 +144,6 @@ fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> 
             .map_err(|error| error.within(named("node", node, &root.nodes[node].name)))?;
     }
     drawing.warn(import);
-    buffers.hash_into(&mut import.hash);
     Ok(())
 }
 

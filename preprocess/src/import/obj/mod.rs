@@ -10,7 +10,6 @@ mod polygon;
 
 use super::Import;
 use super::error::{ImportError, ImportErrorKind, Result};
-use super::folder::Folder;
 use crate::scene::{SourceMesh, SourceObject};
 use clean::{Cleaned, clean};
 use glam::{DAffine3, DVec3, Vec3};
@@ -121,8 +120,7 @@ fn load(
 
 /// A missing library costs colours only. A name may hold spaces, or be several names.
 fn library(import: &mut Import<'_>, names: &str) -> tobj::MTLLoadResult {
-    let folder = Folder::of(import.path);
-    let read = |name: &str| folder.read(&name.replace('\\', "/"));
+    let read = |name: &str| import.folder.read(&name.replace('\\', "/"));
     let mut found = vec![read(names)];
     if found[0].is_err() && names.contains(char::is_whitespace) {
         found = names.split_whitespace().map(read).collect();
@@ -131,7 +129,6 @@ fn library(import: &mut Import<'_>, names: &str) -> tobj::MTLLoadResult {
     for library in found {
         match library {
             Ok(bytes) => {
-                import.hash.update(&bytes);
                 mtl::clean(&String::from_utf8_lossy(&bytes), &mut text);
             }
             Err(error) => import.warn(format_args!(

@@ -75,7 +75,7 @@ fn fan(polygon: &[u32], triangles: &mut Vec<u32>) {
 
 /// Whether no corner turns against the polygon's own sense. (A star that winds round more than once passes;
 /// no cut is right for it.)
-fn is_convex(corners: impl Iterator<Item = DVec3> + Clone + ExactSizeIterator) -> bool {
+fn is_convex(corners: impl ExactSizeIterator<Item = DVec3> + Clone) -> bool {
     let next = |by: usize| corners.clone().cycle().skip(by);
     let corner = || corners.clone().zip(next(1)).zip(next(2));
     let turn = |((a, b), c): ((DVec3, DVec3), DVec3)| (b - a).cross(c - b);

@@ -1,0 +1,358 @@
+//! What a build system relies on: nothing done twice, dependencies told, the same bytes every time, and no torn or
+//! forgotten file however a bake ends.
+
+use hroc_format::{BakedScene, TEMPORARY_PREFIX};
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    /// A triangle in a glTF file with a buffer beside it, and an OBJ file whose material library is missing.
+    fn new() -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        folder.write(
+            "a b.gltf",
+            r#"{ "asset": { "version": "2.0" }, "scene": 0,
+                "scenes": [{ "nodes": [0] }, { "name": "other", "nodes": [0, 1] }],
+                "nodes": [{ "mesh": 0 }, { "mesh": 0 }],
+                "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+                "accessors": [{ "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3 }],
+                "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+                "buffers": [{ "byteLength": 36, "uri": "bin/a%20b.bin" }] }"#,
+        );
+        fs::create_dir(folder.path("bin")).unwrap();
+        let positions = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        let bytes: Vec<u8> = positions.iter().flat_map(|x| x.to_le_bytes()).collect();
+        fs::write(folder.path("bin/a b.bin"), bytes).unwrap();
+        folder.write(
+            "b.obj",
+            "mtllib b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        );
+        folder
+    }
+
+    /// One with a scene that takes a while: `objects` grids of triangles.
+    fn large(objects: usize) -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        let mut text = String::new();
+        for object in 0..objects {
+            text += &format!("o {object}\n");
+            for i in 0..300 {
+                let (x, y) = (i % 20, i / 20);
+                text += &format!(
+                    "v {x} {y} {object}\nv {}.5 {y} 0.25\nv {x} {y}.7 1\nf -1 -2 -3\n",
+                    x
+                );
+            }
+        }
+        folder.write("large.obj", &text);
+        folder
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        fs::write(self.path(name), text).unwrap();
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hroc-bake"));
+        command
+            .current_dir(self.0.path())
+            .args(arguments)
+            .stdin(Stdio::null());
+        command
+    }
+
+    /// Exit code and stderr.
+    fn run(&self, arguments: &[&str]) -> (i32, String) {
+        let output = self.command(arguments).output().unwrap();
+        let text = String::from_utf8(output.stderr).unwrap();
+        (output.status.code().unwrap(), text)
+    }
+
+    /// Names of temporary files, including those of the bake's helpers.
+    fn temporary_files(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.0.path()).unwrap();
+        entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .filter(|name| name.starts_with(TEMPORARY_PREFIX))
+            .collect()
+    }
+}
+
+#[test]
+fn nothing_is_done_where_nothing_changed() {
+    let folder = Folder::new();
+    let bake = |extra: &[&str]| {
+        let base = ["bake", "a b.gltf", "b.obj", "-o", "x.hroc", "--if-changed"];
+        let (code, err) = folder.run(&[&base, extra].concat());
+        assert_eq!(code, 0, "{err}");
+        err.contains("x.hroc: unchanged")
+    };
+    let identity = || {
+        #[cfg(unix)]
+        return std::os::unix::fs::MetadataExt::ino(&fs::metadata(folder.path("x.hroc")).unwrap());
+        #[cfg(not(unix))]
+        return fs::metadata(folder.path("x.hroc"))
+            .unwrap()
+            .modified()
+            .unwrap();
+    };
+    assert!(!bake(&[]), "there is nothing yet");
+    let first = identity();
+    assert!(bake(&[]) && identity() == first);
+    assert!(bake(&["--jobs", "3"]), "threads change nothing");
+
+    // Each option that decides bytes.
+    for options in [
+        &["--split", "sah"][..],
+        &["--no-optimize"],
+        &["--no-normals"],
+        &["--uvs"],
+        &["--quantize"],
+        &["--split-objects", "7"],
+        &["--scene", "0"],
+    ] {
+        assert!(!bake(options), "{options:?}");
+        assert!(bake(options), "{options:?} again");
+    }
+    assert!(!bake(&[]));
+
+    // Each file that is read, the missing one included; the same bytes under a new time are no change.
+    let change = |name: &str, from: &str, to: &str| {
+        let mut bytes = fs::read(folder.path(name)).unwrap_or_default();
+        let at = bytes
+            .windows(from.len().max(1))
+            .position(|part| part == from.as_bytes());
+        let at = at.unwrap_or(0);
+        bytes.splice(at..at + from.len(), to.bytes());
+        fs::write(folder.path(name), bytes).unwrap();
+    };
+    change("b.obj", "", "");
+    assert!(bake(&[]), "written again, with the same content");
+    for (name, from, to) in [
+        ("b.obj", "v 1 0 0", "v 2 0 0"),
+        ("a b.gltf", "\"scene\": 0", "\"scene\": 1"),
+        ("bin/a b.bin", "\0", "\u{1}"),
+        ("b.mtl", "", "newmtl red\n"),
+        ("b.mtl", "red", "tan"),
+    ] {
+        change(name, from, to);
+        assert!(!bake(&[]), "{name}");
+        assert!(bake(&[]), "{name} again");
+    }
+    fs::remove_file(folder.path("b.mtl")).unwrap();
+    assert!(!bake(&[]), "the library is gone");
+
+    // What is there is no whole baked file.
+    let bytes = fs::read(folder.path("x.hroc")).unwrap();
+    fs::write(folder.path("x.hroc"), &bytes[..bytes.len() - 1]).unwrap();
+    assert!(!bake(&[]), "cut short");
+    assert_eq!(fs::read(folder.path("x.hroc")).unwrap(), bytes);
+}
+
+#[test]
+fn dependencies_are_told_with_and_without_a_bake() {
+    let folder = Folder::new();
+    let bake = || {
+        let options = ["--if-changed", "--depfile", "x.d", "--json", "x.json"];
+        let base = ["bake", "a b.gltf", "b.obj", "b.obj", "-o", "out x.hroc"];
+        let (code, err) = folder.run(&[&base[..], &options].concat());
+        assert_eq!(code, 0, "{err}");
+        let json = fs::read(folder.path("x.json")).unwrap();
+        let report: serde_json::Value = serde_json::from_slice(&json).unwrap();
+        assert_eq!(report["objects"], 3);
+        assert_eq!(report["trees"][0]["split"], "sah");
+        let depfile = fs::read_to_string(folder.path("x.d")).unwrap();
+        (depfile, report["unchanged"] == true)
+    };
+    let expected = "out\\ x.hroc: \\\n  a\\ b.gltf \\\n  b.obj \\\n  bin/a\\ b.bin\n\
+                    \na\\ b.gltf:\n\nb.obj:\n\nbin/a\\ b.bin:\n";
+    assert_eq!(bake(), (expected.to_owned(), false));
+    fs::remove_file(folder.path("x.d")).unwrap();
+    assert_eq!(bake(), (expected.to_owned(), true));
+    folder.write("b.mtl", "");
+    assert!(bake().0.contains("  b.mtl\n"));
+}
+
+/// Asked of make itself, where there is one.
+#[cfg(unix)]
+#[test]
+fn make_bakes_again_for_a_changed_buffer() {
+    if Command::new("make").arg("--version").output().is_err() {
+        eprintln!("skipped: there is no make");
+        return;
+    }
+    let folder = Folder::new();
+    let bake = env!("CARGO_BIN_EXE_hroc-bake");
+    folder.write(
+        "Makefile",
+        &format!("x.hroc:\n\t{bake} bake 'a b.gltf' -o x.hroc --depfile x.d\n-include x.d\n"),
+    );
+    let make = || {
+        let mut make = Command::new("make");
+        let output = make
+            .current_dir(folder.0.path())
+            .env_remove("MAKEFLAGS")
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{output:?}");
+        !String::from_utf8(output.stdout)
+            .unwrap()
+            .contains("up to date")
+    };
+    assert!(make());
+    assert!(!make());
+    let later = std::time::SystemTime::now() + Duration::from_secs(60);
+    let buffer = fs::File::options()
+        .append(true)
+        .open(folder.path("bin/a b.bin"))
+        .unwrap();
+    buffer.set_modified(later).unwrap();
+    assert!(make());
+}
+
+#[test]
+fn the_same_bytes_on_every_run_and_number_of_threads() {
+    let folder = Folder::large(40);
+    for options in [&[][..], &["--split-objects", "37", "--quantize"]] {
+        let bake = |jobs: &str| {
+            let base = ["bake", "large.obj", "-o", "x.hroc", "--jobs", jobs];
+            let (code, err) = folder.run(&[&base, options].concat());
+            assert_eq!(code, 0, "{err}");
+            fs::read(folder.path("x.hroc")).unwrap()
+        };
+        let one = bake("1");
+        for jobs in ["1", "2", "16"] {
+            assert!(one == bake(jobs), "{jobs} threads");
+        }
+    }
+}
+
+#[test]
+fn targets_that_must_not_be_written() {
+    let folder = Folder::new();
+    for (arguments, code, part) in [
+        (&["--depfile", "b.obj"][..], 2, "is an input"),
+        (&["--depfile", "x.hroc"], 2, "is written too"),
+        (&["--depfile", "x.d", "--json", "x.d"], 2, "is written too"),
+        (&["--depfile", "none/x.d"], 3, "no folder"),
+        (&["--scene", "attic"], 3, "has no scene \"attic\""),
+        (&["--split-objects", "0"], 2, "split-objects"),
+    ] {
+        let base = ["bake", "a b.gltf", "b.obj", "-o", "x.hroc"];
+        let (found, err) = folder.run(&[&base, arguments].concat());
+        assert_eq!(found, code, "{arguments:?}: {err}");
+        assert!(err.contains(part), "{err}");
+        assert!(!folder.path("x.hroc").exists());
+    }
+    folder.write("x.hroc", "mine");
+    let mut permissions = fs::metadata(folder.path("x.hroc")).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(folder.path("x.hroc"), permissions).unwrap();
+    let (code, err) = folder.run(&["bake", "b.obj", "-o", "x.hroc"]);
+    assert!(
+        code == 3 && err.contains("x.hroc: is write-protected"),
+        "{err}"
+    );
+    assert_eq!(fs::read_to_string(folder.path("x.hroc")).unwrap(), "mine");
+}
+
+/// A limit on the size of files stands for a full disk: the write fails at some byte.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_the_old_file_and_no_other() {
+    let folder = Folder::large(20);
+    folder.write("x.hroc", "before");
+    let bake = env!("CARGO_BIN_EXE_hroc-bake");
+    let script = format!("trap '' XFSZ; ulimit -f 40; exec {bake} bake large.obj -o x.hroc");
+    let output = Command::new("sh")
+        .args(["-c", &script])
+        .current_dir(folder.0.path())
+        .output()
+        .unwrap();
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(3), "{err}");
+    assert!(err.starts_with("error: x.hroc: writing failed: "), "{err}");
+    assert_eq!(fs::read_to_string(folder.path("x.hroc")).unwrap(), "before");
+    assert!(folder.temporary_files().is_empty());
+}
+
+/// Kills bakes at moments spread over the time one takes, over an older baked file.
+#[cfg(unix)]
+fn killed(kills: u32, signals: &[&str], after_each: impl Fn(&Folder, u32, Option<i32>)) {
+    use std::os::unix::process::ExitStatusExt;
+    let folder = Folder::large(60);
+    let old = Folder::new();
+    assert_eq!(old.run(&["bake", "b.obj", "-o", "old.hroc"]).0, 0);
+    let arguments = ["bake", "large.obj", "-o", "x.hroc", "--split", "sah"];
+    let start = Instant::now();
+    assert_eq!(folder.run(&arguments).0, 0);
+    let whole = start.elapsed();
+    let new = fs::read(folder.path("x.hroc")).unwrap();
+    let old = fs::read(old.path("old.hroc")).unwrap();
+    let mut ended = [0, 0];
+    for kill in 0..kills {
+        fs::write(folder.path("x.hroc"), &old).unwrap();
+        let mut child = folder
+            .command(&arguments)
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(whole * kill / kills * 11 / 10);
+        let signal = signals[kill as usize % signals.len()];
+        // Gone already, if this fails.
+        let _ = Command::new("kill")
+            .args([signal, &child.id().to_string()])
+            .stderr(Stdio::null())
+            .status();
+        let status = child.wait().unwrap();
+        ended[usize::from(status.success())] += 1;
+        let found = fs::read(folder.path("x.hroc")).unwrap();
+        assert!(
+            found == old || found == new,
+            "torn after {signal} at step {kill} of {kills}"
+        );
+        BakedScene::verify(folder.path("x.hroc")).unwrap();
+        after_each(&folder, kill, status.signal());
+    }
+    assert!(
+        ended[0] > kills / 4,
+        "only {} of {kills} were killed",
+        ended[0]
+    );
+    assert_eq!(folder.run(&arguments).0, 0);
+    assert!(
+        folder.temporary_files().is_empty(),
+        "the next bake tidies up"
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_bake_killed_at_any_moment_leaves_the_old_file_or_the_new_one() {
+    let most = std::cell::Cell::new(0);
+    killed(200, &["-KILL"], |folder, _, _| {
+        let left = folder.temporary_files().len();
+        assert!(left <= 1, "{left} temporary files");
+        most.set(most.get().max(left));
+    });
+    assert_eq!(most.get(), 1, "none was killed while it wrote");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_bake_leaves_nothing() {
+    killed(40, &["-INT", "-TERM"], |folder, kill, signal| {
+        assert_eq!(folder.temporary_files(), [""; 0]);
+        // SIGINT is 2, SIGTERM 15; before it watches, and once it has ended, a bake ends as any process.
+        let expected = if kill % 2 == 0 { 2 } else { 15 };
+        assert!(signal.is_none_or(|signal| signal == expected), "{signal:?}");
+    });
+}
