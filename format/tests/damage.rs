@@ -63,6 +63,50 @@ fn every_truncation_of_the_payload_is_refused() {
     }
 }
 
+/// A hundred thousand times: a few bits flipped and, every fourth time, the end cut off; as it is, and under a
+/// header that fits it, which leaves the rules alone to tell.
+#[test]
+fn random_damage_is_refused_or_harmless() {
+    let whole = file(&scene(50));
+    let mut state = 1_u64;
+    let mut random = |below: usize| {
+        // Steele, Lea, Flood: SplitMix64.
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = state;
+        z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ z >> 31) % below as u64) as usize
+    };
+    let mut harmless = 0;
+    for round in 0..100_000 {
+        let mut bytes = whole.clone();
+        if round % 4 == 3 {
+            bytes.truncate(random(bytes.len()));
+        }
+        for _ in 0..1 + random(3) {
+            if !bytes.is_empty() {
+                let at = random(bytes.len());
+                bytes[at] ^= 1 << random(8);
+            }
+        }
+        // Two flips of one bit are none.
+        if bytes != whole {
+            let error = open(&bytes, Check::Everything).expect_err("damage passed the checksum");
+            assert_eq!(error.to_string().lines().count(), 1);
+        }
+        if let Some(payload) = bytes.get(HEADER_LEN..)
+            && let Ok(baked) = open(&seal(payload), Check::Objects)
+        {
+            walk(baked.scene());
+            harmless += 1;
+        }
+    }
+    assert!(
+        harmless > 1000,
+        "only {harmless} reached what is behind the rules"
+    );
+}
+
 proptest! {
     #[test]
     fn garbage_is_refused(garbage in prop::collection::vec(any::<u8>(), 0..4096)) {

@@ -18,7 +18,7 @@
 //! the term `2^-48 S` covers together with those of this formula itself. The sum is rounded outward.
 
 use glam::DAffine3;
-use hroc_format::Bounds;
+use hroc_format::{Bounds, dequantize};
 
 /// Operations are correct to either neighbour: one unit in the last place of f32.
 const UNIT: f64 = 1.0 / (1u64 << 23) as f64;
@@ -65,29 +65,27 @@ pub struct Points {
 impl Points {
     /// Takes finite vertices without denormals.
     pub fn new(positions: &[[f32; 3]]) -> Self {
-        Self::passing(4, positions)
+        Self::passing(4, positions.len(), |vertex| positions[vertex])
     }
 
-    /// Takes vertices that the GPU decodes from normalized 16-bit numbers.
-    pub fn quantized(positions: &[[f32; 3]]) -> Self {
-        Self::passing(6, positions)
+    /// Takes vertices that the GPU decodes itself.
+    pub fn quantized(positions: &[[u16; 4]]) -> Self {
+        Self::passing(6, positions.len(), |vertex| dequantize(positions[vertex]))
     }
 
     /// Takes vertices whose products pass so many operations.
-    fn passing(operations: u32, positions: &[[f32; 3]]) -> Self {
-        let block = |chunk: &[[f32; 3]]| {
-            std::array::from_fn(|axis| {
-                std::array::from_fn(|lane| f64::from(chunk[lane.min(chunk.len() - 1)][axis]))
-            })
-        };
+    fn passing(operations: u32, count: usize, position: impl Fn(usize) -> [f32; 3]) -> Self {
         let mut max_abs = [0.0; 3];
-        for position in positions {
-            max_abs = std::array::from_fn(|axis| {
-                f64::max(max_abs[axis], f64::from(position[axis].abs()))
-            });
+        let mut blocks = vec![[[0.0; LANES]; 3]; count.div_ceil(LANES)];
+        for (number, [xs, ys, zs]) in blocks.iter_mut().enumerate() {
+            for (lane, ((x, y), z)) in xs.iter_mut().zip(ys).zip(zs).enumerate() {
+                let position = position((number * LANES + lane).min(count - 1)).map(f64::from);
+                [*x, *y, *z] = position;
+                max_abs = std::array::from_fn(|axis| f64::max(max_abs[axis], position[axis].abs()));
+            }
         }
         Self {
-            blocks: positions.chunks(LANES).map(block).collect(),
+            blocks,
             max_abs,
             gamma: gamma(operations),
         }

@@ -198,8 +198,14 @@ pub fn walk(scene: &ArchivedScene) {
     let objects = scene.objects.len();
     for (id, object) in scene.objects.iter().enumerate() {
         let mesh = &scene.meshes[object.mesh.to_native() as usize];
-        assert!(scene.indices()[mesh.index_range()].len().is_multiple_of(3));
-        assert!(!scene.positions()[mesh.vertex_range()].is_empty());
+        let indices = &scene.indices()[mesh.index_range()];
+        let vertices = mesh.vertex_range();
+        assert!(indices.len().is_multiple_of(3) && vertices.end <= scene.vertex_count());
+        assert!(
+            indices
+                .iter()
+                .all(|&index| (index as usize) < vertices.len())
+        );
         assert!(scene.object_name(id as u32).len() <= scene.names.len());
         assert!((scene.object_sources[id].file.to_native() as usize) < scene.source_files.len());
     }

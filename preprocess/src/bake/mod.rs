@@ -3,6 +3,7 @@
 //! threads: threads work on separate meshes, objects and subtrees, and results are put together in
 //! order.
 
+mod pack;
 mod place;
 mod report;
 
@@ -19,7 +20,8 @@ use crate::subdivide;
 use crate::tree::{self, TreeBuilder};
 use crate::world_bounds::flush_denormals;
 use glam::{DAffine3, DVec3};
-use hroc_format::{Bounds, Camera, Mesh, ObjectSource, ReferencedFile, Scene, SourceFile};
+use hroc_format::{Bounds, Camera, ObjectSource, ReferencedFile, Scene, SourceFile};
+use pack::Packed;
 use rayon::prelude::*;
 use std::num::NonZeroU32;
 
@@ -172,14 +174,13 @@ pub fn bake(
         .map(|object| meshes[object.mesh].indices.len() as u64 / 3)
         .sum();
 
-    let packed = report.timed("pack", || Packed::new(&meshes, keep, options.quantize))?;
+    let packed = report.timed("pack", || Packed::new(meshes, keep, options.quantize))?;
     progress.stage("bounds", source.objects.len() as u64);
     let origin = place::origin(&source.objects, &packed.meshes);
     let placed = report.timed("bounds", || {
-        place::place(&source.objects, &meshes, origin, options.quantize, progress)
+        place::place(&source.objects, &packed, origin, progress)
     });
     let (objects, object_bounds) = placed?;
-    drop(meshes);
 
     progress.stage("trees", options.splits.len() as u64);
     let bvhs = report.timed("trees", || trees(&object_bounds, &options.splits, progress))?;
@@ -296,76 +297,6 @@ fn prepare(
         Ok((mesh, source_from_mesh))
     };
     meshes.into_par_iter().enumerate().map(prepare).collect()
-}
-
-/// All meshes in the arrays of the file.
-struct Packed {
-    meshes: Vec<Mesh>,
-    positions: Vec<[f32; 3]>,
-    quantized_positions: Vec<[u16; 4]>,
-    indices: Vec<u32>,
-    normals: Vec<[i16; 2]>,
-    uvs: Vec<[f32; 2]>,
-}
-
-impl Packed {
-    fn new(sources: &[SourceMesh], keep: Keep, quantize: bool) -> Result<Self, BakeError> {
-        let vertex_count = sources.iter().map(|mesh| mesh.positions.len()).sum();
-        let index_count = sources.iter().map(|mesh| mesh.indices.len()).sum();
-        for (count, what) in [
-            (vertex_count, "vertices"),
-            (index_count, "indices"),
-            (sources.len(), "meshes"),
-        ] {
-            if count > u32::MAX as usize {
-                return Err(BakeError::TooLarge(what));
-            }
-        }
-        let mut packed = Self {
-            meshes: Vec::with_capacity(sources.len()),
-            positions: Vec::with_capacity(if quantize { 0 } else { vertex_count }),
-            quantized_positions: Vec::with_capacity(if quantize { vertex_count } else { 0 }),
-            indices: Vec::with_capacity(index_count),
-            normals: Vec::with_capacity(if keep.normals { vertex_count } else { 0 }),
-            uvs: Vec::with_capacity(if keep.uvs { vertex_count } else { 0 }),
-        };
-        let mut first_vertex = 0;
-        for source in sources {
-            let fold = |start: f32, pick: fn(f32, f32) -> f32| {
-                let pick =
-                    |a: [f32; 3], b: &[f32; 3]| std::array::from_fn(|axis| pick(a[axis], b[axis]));
-                source.positions.iter().fold([start; 3], pick)
-            };
-            packed.meshes.push(Mesh {
-                min: fold(f32::INFINITY, f32::min),
-                first_index: packed.indices.len() as u32,
-                max: fold(f32::NEG_INFINITY, f32::max),
-                index_count: source.indices.len() as u32,
-                first_vertex: first_vertex as u32,
-                vertex_count: source.positions.len() as u32,
-                reserved: [0; 2],
-            });
-            first_vertex += source.positions.len();
-            if quantize {
-                let positions = source.positions.iter().copied();
-                packed
-                    .quantized_positions
-                    .extend(positions.map(quantize::encode));
-            } else {
-                packed.positions.extend(&source.positions);
-            }
-            packed.indices.extend(&source.indices);
-            packed.normals.extend(
-                source
-                    .normals
-                    .iter()
-                    .copied()
-                    .map(normals::encode_octahedral),
-            );
-            packed.uvs.extend(&source.uvs);
-        }
-        Ok(packed)
-    }
 }
 
 fn object_source(source: &SourceObject) -> ObjectSource {

@@ -1,9 +1,10 @@
 //! Objects in the world: its zero, the f32 matrices, the bounds.
 
 use super::BakeError;
+use super::pack::Packed;
 use crate::progress::Progress;
-use crate::scene::{AlphaMode, SourceMesh, SourceObject};
-use crate::world_bounds::{Points, round_to_f32};
+use crate::scene::{AlphaMode, SourceObject};
+use crate::world_bounds::round_to_f32;
 use glam::{DAffine3, DVec3};
 use hroc_format::{Bounds, Mesh, Object, object_flags};
 use rayon::prelude::*;
@@ -45,40 +46,76 @@ fn box_under(map: &DAffine3, min: DVec3, max: DVec3) -> (DVec3, DVec3) {
 /// The stored objects and their world bounds.
 pub(super) fn place(
     sources: &[SourceObject],
-    meshes: &[SourceMesh],
+    packed: &Packed,
     origin: DVec3,
-    quantized: bool,
     progress: &dyn Progress,
 ) -> Result<(Vec<Object>, Vec<Bounds>), BakeError> {
-    let points: Vec<Points> = meshes
-        .par_iter()
-        .map(|mesh| match quantized {
-            true => Points::quantized(&mesh.positions),
-            false => Points::new(&mesh.positions),
-        })
-        .collect();
-    let place = |(id, source): (usize, &SourceObject)| {
-        let world_from_object = round_to_f32(&source.world_from_object, origin);
-        let bounds = points[source.mesh].world_bounds(&world_from_object);
-        let bounds = bounds.ok_or_else(|| BakeError::TooFar {
-            object: id,
-            name: source.name.clone(),
-        })?;
-        let object = Object {
-            world_from_object,
-            mesh: source.mesh as u32,
-            base_color: pack_color(source),
-            flags: flags(source),
-            reserved: 0,
-        };
-        progress.advance(1);
-        Ok((object, bounds))
+    let object = |source: &SourceObject| Object {
+        world_from_object: round_to_f32(&source.world_from_object, origin),
+        mesh: source.mesh as u32,
+        base_color: pack_color(source),
+        flags: flags(source),
+        reserved: 0,
     };
-    sources
-        .par_iter()
-        .enumerate()
-        .map(place)
-        .collect::<Result<(Vec<_>, Vec<_>), _>>()
+    let objects: Vec<Object> = sources.par_iter().map(object).collect();
+    let by_mesh = ObjectsOfMeshes::new(&objects, packed.meshes.len());
+    // Mesh by mesh, so that its vertices are laid out once and only while they are in use.
+    let of_mesh = |mesh: usize| {
+        let ids = by_mesh.of(mesh);
+        let points = packed.points(mesh);
+        let bounds = |&id: &u32| points.world_bounds(&objects[id as usize].world_from_object);
+        let found: Vec<Option<Bounds>> = ids.par_iter().map(bounds).collect();
+        progress.advance(ids.len() as u64);
+        found
+    };
+    let found: Vec<Vec<_>> = (0..packed.meshes.len())
+        .into_par_iter()
+        .map(of_mesh)
+        .collect();
+    let mut bounds = vec![None; objects.len()];
+    for (&id, found) in by_mesh.ids.iter().zip(found.into_iter().flatten()) {
+        bounds[id as usize] = found;
+    }
+    let too_far = |object: usize| BakeError::TooFar {
+        object,
+        name: sources[object].name.clone(),
+    };
+    let bounds = bounds.into_iter().enumerate();
+    let bounds = bounds.map(|(object, bounds)| bounds.ok_or_else(|| too_far(object)));
+    Ok((objects, bounds.collect::<Result<_, _>>()?))
+}
+
+/// Ids of objects, mesh by mesh, ascending.
+struct ObjectsOfMeshes {
+    ids: Vec<u32>,
+    /// End of each mesh's ids; they start where those before end.
+    ends: Vec<usize>,
+}
+
+impl ObjectsOfMeshes {
+    fn new(objects: &[Object], meshes: usize) -> Self {
+        let mut ends = vec![0; meshes];
+        objects
+            .iter()
+            .for_each(|object| ends[object.mesh as usize] += 1);
+        let mut next = 0;
+        for end in &mut ends {
+            // The start for now; placing the ids moves it to the end.
+            next += std::mem::replace(end, next);
+        }
+        let mut ids = vec![0; objects.len()];
+        for (id, object) in (0..).zip(objects) {
+            let at = &mut ends[object.mesh as usize];
+            ids[*at] = id;
+            *at += 1;
+        }
+        Self { ids, ends }
+    }
+
+    fn of(&self, mesh: usize) -> &[u32] {
+        let start = mesh.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.ids[start..self.ends[mesh]]
+    }
 }
 
 fn pack_color(source: &SourceObject) -> u32 {

@@ -100,22 +100,45 @@ pub fn import(
     options: &ImportOptions,
     progress: &dyn Progress,
 ) -> Result<SourceScene, ImportError> {
-    let mut scene = SourceScene {
-        choice: options.scene.clone(),
-        ..Default::default()
-    };
-    if let Some(stem) = paths.first().and_then(|path| path.file_stem()) {
-        scene.name = stem.to_string_lossy().into_owned();
-    }
+    let mut scene = empty_scene(paths.first().map(PathBuf::as_path), options);
     progress.stage("import", paths.len() as u64);
     for path in paths {
-        import_file(path, options, &mut scene).map_err(|error| error.in_file(path))?;
+        let bytes = read(path).map_err(|error| error.in_file(path))?;
+        import_file(path, &bytes, options, &mut scene).map_err(|error| error.in_file(path))?;
         progress.advance(1);
     }
+    warn_if_empty(&mut scene);
+    Ok(scene)
+}
+
+/// Reads a scene file whose content is at hand. What it refers to is looked for beside `path`.
+///
+/// # Errors
+/// As [`import`].
+pub fn import_bytes(
+    path: &Path,
+    bytes: &[u8],
+    options: &ImportOptions,
+) -> Result<SourceScene, ImportError> {
+    let mut scene = empty_scene(Some(path), options);
+    import_file(path, bytes, options, &mut scene).map_err(|error| error.in_file(path))?;
+    warn_if_empty(&mut scene);
+    Ok(scene)
+}
+
+fn empty_scene(first: Option<&Path>, options: &ImportOptions) -> SourceScene {
+    let stem = first.and_then(Path::file_stem).unwrap_or_default();
+    SourceScene {
+        name: stem.to_string_lossy().into_owned(),
+        choice: options.scene.clone(),
+        ..Default::default()
+    }
+}
+
+fn warn_if_empty(scene: &mut SourceScene) {
     if scene.objects.is_empty() {
         scene.warnings.push("the scene has no triangles".into());
     }
-    Ok(scene)
 }
 
 /// The way of a camera of a glTF file: at rest, or as the file's animations move it.
@@ -141,23 +164,27 @@ pub fn hash_referenced(by: &Path, name: &str) -> u64 {
     bytes.map_or(0, |bytes| xxhash_rust::xxh3::xxh3_64(&bytes))
 }
 
-fn import_file(path: &Path, options: &ImportOptions, scene: &mut SourceScene) -> Result<()> {
-    let bytes = read(path)?;
+fn import_file(
+    path: &Path,
+    bytes: &[u8],
+    options: &ImportOptions,
+    scene: &mut SourceScene,
+) -> Result<()> {
     let importer = IMPORTERS
         .iter()
-        .find(|importer| (importer.accepts)(path, &bytes))
-        .ok_or_else(|| unknown_format(path, &bytes))?;
+        .find(|importer| (importer.accepts)(path, bytes))
+        .ok_or_else(|| unknown_format(path, bytes))?;
     let name = path
         .file_name()
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned();
-    let hash = xxhash_rust::xxh3::xxh3_64(&bytes);
+    let hash = xxhash_rust::xxh3::xxh3_64(bytes);
     scene.files.push(SourceFile { name, hash });
     let file = scene.files.len() - 1;
     let folder = Folder::of(path, file);
     let mut import = Import {
-        bytes: &bytes,
+        bytes,
         file,
         folder: &folder,
         options,

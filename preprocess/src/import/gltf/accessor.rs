@@ -185,10 +185,22 @@ impl Elements<'_> {
         self.count
     }
 
+    /// Bytes that it takes itself.
+    pub(super) fn owned_bytes(&self) -> u64 {
+        let overrides = self.overrides.as_ref();
+        overrides.map_or(0, |overrides| {
+            size_of_val(overrides.indices.as_slice()) as u64
+        })
+    }
+
     /// The first `N` components of element `index`, which is below the count; integers are converted
     /// as section 3.6.2.2 says, normalized or not.
     pub(super) fn floats<const N: usize>(&self, index: usize) -> [f32; N] {
         match self.bytes(index) {
+            Some(bytes) if self.component == ComponentType::F32 => {
+                let (lanes, _) = bytes.as_chunks::<4>();
+                std::array::from_fn(|lane| f32::from_le_bytes(lanes[lane]))
+            }
             Some(bytes) => {
                 let size = self.component.size();
                 std::array::from_fn(|lane| {
@@ -201,6 +213,23 @@ impl Elements<'_> {
 
     /// All elements as unsigned integers.
     pub(super) fn indices(&self) -> Result<Vec<u32>> {
+        // Plain runs, which most are, without a question per element.
+        if let (Some(base), None) = (&self.base, &self.overrides)
+            && base.stride == self.size
+        {
+            let bytes = &base.bytes[..self.count * self.size];
+            match self.component {
+                ComponentType::U32 => {
+                    let indices = bytes.as_chunks().0.iter();
+                    return Ok(indices.copied().map(u32::from_le_bytes).collect());
+                }
+                ComponentType::U16 => {
+                    let indices = bytes.as_chunks().0.iter().copied();
+                    return Ok(indices.map(u16::from_le_bytes).map(u32::from).collect());
+                }
+                _ => {}
+            }
+        }
         let index = |i| {
             self.bytes(i)
                 .map_or(Ok(0), |bytes| uint(self.component, bytes))

@@ -31,11 +31,12 @@ impl Document {
             nodes: Vec<Transform>,
         }
         let fault = |error| ImportError::malformed(format!("the JSON is not glTF 2.0: {error}"));
-        let root = match Root::from_slice(json) {
-            Ok(root) => root,
-            Err(error) => bare_root(json).ok_or_else(|| fault(error))?,
-        };
-        let Transforms { nodes: transforms } = serde_json::from_slice(json).map_err(fault)?;
+        let (root, transforms) = rayon::join(
+            || Root::from_slice(json).or_else(|error| bare_root(json).ok_or(error)),
+            || serde_json::from_slice(json),
+        );
+        let (root, Transforms { nodes: transforms }) =
+            (root.map_err(fault)?, transforms.map_err(fault)?);
         Ok(Self { root, transforms })
     }
 }

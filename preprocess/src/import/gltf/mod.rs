@@ -13,6 +13,7 @@ mod accessor;
 mod animation;
 mod buffers;
 mod camera_path;
+mod decode;
 mod document;
 mod extensions;
 mod material;
@@ -32,8 +33,9 @@ use document::{Document, get};
 use glam::DAffine3;
 use gltf::Glb;
 use gltf::json::{Camera, Index, Node, Root};
-use primitive::{Primitives, Skipped};
+use primitive::{Place, Primitives, Skipped};
 use std::path::Path;
+use std::sync::Arc;
 
 pub use camera_path::CameraChoice;
 
@@ -127,6 +129,7 @@ fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> 
         primitives: Primitives::new(accessors, import.options),
         skipped: Skipped::default(),
         unskinned: 0,
+        first_mesh: import.scene.meshes.len(),
     };
     let placed = nodes::place(&document, import.options.scene.as_deref())?;
     if placed.hidden > 0 {
@@ -144,6 +147,14 @@ fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> 
             .map_err(|error| error.within(named("node", node, &root.nodes[node].name)))?;
     }
     drawing.warn(import);
+    let meshes = drawing.primitives.decode(|place, error| {
+        let mesh = named("mesh", place.mesh, &root.meshes[place.mesh].name);
+        let node = named("node", place.node, &root.nodes[place.node].name);
+        error
+            .within(format_args!("{mesh}, primitive {}", place.primitive))
+            .within(node)
+    })?;
+    import.scene.meshes.extend(meshes);
     Ok(())
 }
 
@@ -162,6 +173,8 @@ struct Drawing<'a> {
     skipped: Skipped,
     /// Skinned nodes drawn without their skin.
     unskinned: usize,
+    /// Meshes of the files before this one.
+    first_mesh: usize,
 }
 
 impl Drawing<'_> {
@@ -201,15 +214,19 @@ impl Drawing<'_> {
                 .primitives
                 .read(
                     primitive,
+                    Place {
+                        node: index,
+                        mesh: mesh_index.value(),
+                        primitive: primitive_index,
+                    },
                     deform,
-                    &mut import.scene.meshes,
                     &mut self.skipped,
                 )
                 .map_err(|error| error.within(place()))?;
             let Some(mesh) = mesh else { continue };
             let look = material::look(self.root, primitive.material)
                 .map_err(|error| error.within(place()))?;
-            parts.push((primitive_index, mesh, look));
+            parts.push((primitive_index, self.first_mesh + mesh, look));
         }
 
         let name = [&node.name, &mesh.name]
@@ -267,7 +284,7 @@ impl Drawing<'_> {
     }
 
     /// The joint matrices of a skinned node; `None` for others and where the skin cannot be applied.
-    fn skin(&mut self, placed: &nodes::Placed, node: &Node) -> Result<Option<skin::Joints>> {
+    fn skin(&mut self, placed: &nodes::Placed, node: &Node) -> Result<Option<Arc<skin::Joints>>> {
         let Some(index) = node.skin else {
             return Ok(None);
         };
@@ -275,7 +292,7 @@ impl Drawing<'_> {
         let joints = skin::joints(self.primitives.accessors(), skin, placed)
             .map_err(|error| error.within(named("skin", index.value(), &skin.name)))?;
         self.unskinned += usize::from(joints.is_none());
-        Ok(joints)
+        Ok(joints.map(Arc::new))
     }
 
     fn camera(

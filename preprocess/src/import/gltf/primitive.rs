@@ -1,18 +1,21 @@
-//! Mesh primitives (section 3.7.2): any triangle mode, indexed or not, becomes a triangle list over
-//! the vertices it uses.
+//! Mesh primitives (section 3.7.2): which of them make meshes, in the file's order; [`decode`](super::decode) then
+//! reads those side by side.
 
 use super::accessor::{Accessors, Elements};
+use super::decode::Opened;
 use super::document::known;
 use super::skin::{Joints, Weights};
 use super::{ImportError, ImportErrorKind, Result};
 use crate::import::ImportOptions;
 use crate::scene::SourceMesh;
-use glam::Vec3;
 use gltf::json::accessor::Type;
 use gltf::json::mesh::{MorphTarget, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{Accessor, Index};
+use rayon::prelude::*;
 use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Meshes may take this many bytes, and [`MAX_EXPANSION`] times those of the buffers they come from:
 /// accessors may overlap, so without a limit memory could grow with the square of the file.
@@ -26,7 +29,15 @@ pub(super) struct Deform<'a> {
     /// Default weights of the morph targets.
     pub(super) weights: Option<&'a Vec<f32>>,
     /// The node and its joints.
-    pub(super) skin: Option<(usize, &'a Joints)>,
+    pub(super) skin: Option<(usize, &'a Arc<Joints>)>,
+}
+
+/// Where the file uses a primitive first.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) node: usize,
+    pub(super) mesh: usize,
+    pub(super) primitive: usize,
 }
 
 /// Counts of what was left out or read in part.
@@ -89,14 +100,33 @@ struct Key {
     node: Option<usize>,
 }
 
-/// Reads primitives, each once.
+/// Finds the primitives that make meshes, each once.
 pub(super) struct Primitives<'a> {
     accessors: Accessors<'a>,
     normals: bool,
     uvs: bool,
     read: HashMap<Key, usize>,
-    /// Bytes of the meshes read so far.
-    mesh_bytes: u64,
+    opened: Vec<(Place, Opened<'a>)>,
+    /// Bytes that those take.
+    opened_bytes: u64,
+}
+
+/// What the meshes may take.
+struct Budget {
+    limit: u64,
+    spent: AtomicU64,
+}
+
+impl Budget {
+    fn spend(&self, bytes: u64) -> Result<()> {
+        let spent = self.spent.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        (spent <= self.limit).then_some(()).ok_or_else(too_large)
+    }
+}
+
+fn too_large() -> ImportError {
+    let what = format!("the meshes take more than {MAX_EXPANSION} times the file's buffers");
+    ImportError::new(ImportErrorKind::TooLarge, what)
 }
 
 impl<'a> Primitives<'a> {
@@ -106,7 +136,8 @@ impl<'a> Primitives<'a> {
             normals: options.normals,
             uvs: options.uvs,
             read: HashMap::new(),
-            mesh_bytes: 0,
+            opened: Vec::new(),
+            opened_bytes: 0,
         }
     }
 
@@ -114,12 +145,12 @@ impl<'a> Primitives<'a> {
         &self.accessors
     }
 
-    /// The mesh of a primitive, appended to `meshes` where it is new; `None` if it has no triangle.
+    /// The number of a primitive's mesh among those that [`decode`](Self::decode) gives; `None` if it has no triangle.
     pub(super) fn read(
         &mut self,
         primitive: &Primitive,
+        place: Place,
         deform: Deform<'_>,
-        meshes: &mut Vec<SourceMesh>,
         skipped: &mut Skipped,
     ) -> Result<Option<usize>> {
         let mode = known(primitive.mode, "mode")?.as_gl_enum();
@@ -164,19 +195,47 @@ impl<'a> Primitives<'a> {
         if let Some(&mesh) = self.read.get(&key) {
             return Ok(Some(mesh));
         }
-        let Some(mesh) = self.mesh(&key, &targets, skin, primitive, skipped)? else {
+        let opened = self.open(&key, &targets, skin, primitive)?;
+        let elements = opened.element_count();
+        if elements < 3 {
+            skipped.empty += 1;
             return Ok(None);
-        };
-        self.mesh_bytes += mesh.byte_count();
-        let limit = FREE_BYTES + MAX_EXPANSION * self.accessors.source_bytes();
-        if self.mesh_bytes > limit {
-            let what =
-                format!("the meshes take more than {MAX_EXPANSION} times the file's buffers");
-            return Err(ImportError::new(ImportErrorKind::TooLarge, what));
         }
-        meshes.push(mesh);
-        self.read.insert(key, meshes.len() - 1);
-        Ok(Some(meshes.len() - 1))
+        skipped.cut_short += usize::from(mode == 4 && elements % 3 != 0);
+        self.opened_bytes += opened.owned_bytes();
+        if self.opened_bytes > self.limit() {
+            return Err(too_large());
+        }
+        let mesh = self.opened.len();
+        self.opened.push((place, opened));
+        self.read.insert(key, mesh);
+        Ok(Some(mesh))
+    }
+
+    /// Reads all meshes, on the current rayon pool. `within` names the place of an error.
+    pub(super) fn decode(
+        self,
+        within: impl Fn(Place, ImportError) -> ImportError + Sync,
+    ) -> Result<Vec<SourceMesh>> {
+        let budget = Budget {
+            limit: self.limit(),
+            spent: AtomicU64::new(self.opened_bytes),
+        };
+        let decode = |(place, opened): (Place, Opened<'_>)| {
+            // Nothing more is read once too much was.
+            budget.spend(0)?;
+            let mesh = opened.decode().map_err(|error| within(place, error))?;
+            budget.spend(mesh.byte_count())?;
+            Ok(mesh)
+        };
+        // All results first: of several errors it is always the first one that is told.
+        let meshes: Vec<Result<_>> = self.opened.into_par_iter().map(decode).collect();
+        meshes.into_iter().collect()
+    }
+
+    /// How many bytes the file's meshes may take.
+    fn limit(&self) -> u64 {
+        FREE_BYTES + MAX_EXPANSION * self.accessors.source_bytes()
     }
 
     /// A primitive may carry plain data beside Draco's; without it nothing can be read.
@@ -197,47 +256,20 @@ impl<'a> Primitives<'a> {
             .next("decompress it, for instance with `gltf-transform copy IN OUT`"))
     }
 
-    fn mesh(
+    /// Opens all accessors of a primitive.
+    fn open(
         &self,
         key: &Key,
         targets: &[(f32, &MorphTarget)],
-        skin: Option<(usize, &Joints)>,
+        skin: Option<(usize, &Arc<Joints>)>,
         primitive: &Primitive,
-        skipped: &mut Skipped,
-    ) -> Result<Option<SourceMesh>> {
+    ) -> Result<Opened<'a>> {
         let positions = self.accessors.open(key.position, Type::Vec3)?;
         let vertex_count = positions.count();
-        let elements = match key.indices {
-            Some(accessor) => {
-                let indices = self.accessors.open(accessor, Type::Scalar)?;
-                indices
-                    .indices()
-                    .map_err(|error| error.within(format_args!("accessor {accessor}")))?
-            }
-            None => (0..u32::try_from(vertex_count).unwrap_or(u32::MAX)).collect(),
-        };
-        if let Some(index) = elements
-            .iter()
-            .find(|&&index| index as usize >= vertex_count)
-        {
-            let accessor = key.indices.unwrap_or(key.position);
-            let what = format!("index {index} is not below the {vertex_count} vertices");
-            return Err(ImportError::malformed(what).within(format_args!("accessor {accessor}")));
-        }
-        skipped.cut_short +=
-            usize::from(key.mode == 4 && elements.len() % 3 != 0 && elements.len() > 3);
-        let mut indices = triangle_list(key.mode, elements);
-        if indices.is_empty() {
-            skipped.empty += 1;
-            return Ok(None);
-        }
-        let used = compact(&mut indices, vertex_count);
-
-        let mut mesh = SourceMesh {
-            positions: gather(&positions, &used),
-            indices,
-            ..Default::default()
-        };
+        let indices = key
+            .indices
+            .map(|accessor| Ok((accessor, self.accessors.open(accessor, Type::Scalar)?)))
+            .transpose()?;
         let parallel = |accessor: Index<Accessor>, shape: Type| {
             let elements = self.accessors.open(accessor, shape)?;
             if elements.count() == vertex_count {
@@ -249,62 +281,47 @@ impl<'a> Primitives<'a> {
             );
             Err(ImportError::malformed(what).within(format_args!("accessor {accessor}")))
         };
-        if let Some(normal) = key.normal {
-            mesh.normals = gather(&parallel(normal, Type::Vec3)?, &used);
-        }
-        if let Some(uv) = key.uv {
-            mesh.uvs = gather(&parallel(uv, Type::Vec2)?, &used);
-        }
-        for (weight, target) in targets {
-            if let Some(accessor) = target.positions {
-                let by = parallel(accessor, Type::Vec3)?;
-                displace(&mut mesh.positions, &by, &used, *weight);
-            }
-            if let Some(accessor) = target.normals {
-                let by = parallel(accessor, Type::Vec3)?;
-                displace(&mut mesh.normals, &by, &used, *weight);
-            }
-        }
-        if let Some((_, joints)) = skin {
-            let mut weights = Vec::new();
-            for set in 0.. {
-                let (Some(joint), Some(weight)) = (
-                    attribute(primitive, Semantic::Joints(set)),
-                    attribute(primitive, Semantic::Weights(set)),
-                ) else {
-                    break;
-                };
-                weights.push(Weights {
-                    joints: parallel(joint, Type::Vec4)?,
-                    weights: parallel(weight, Type::Vec4)?,
-                });
-            }
-            joints.apply(&mut mesh, &weights, &used)?;
-        }
-        finish(mesh, key.position).map(Some)
+        let vectors = |accessor: Option<Index<Accessor>>| {
+            let elements = accessor.map(|accessor| parallel(accessor, Type::Vec3));
+            elements.transpose()
+        };
+        let target = |&(weight, target): &(f32, &MorphTarget)| {
+            let normals = target.normals.filter(|_| key.normal.is_some());
+            Ok((weight, vectors(target.positions)?, vectors(normals)?))
+        };
+        let skin = skin.map(|(_, joints)| Ok((joints.clone(), weights(primitive, &parallel)?)));
+        Ok(Opened {
+            position: key.position,
+            mode: key.mode,
+            indices,
+            normals: vectors(key.normal)?,
+            uvs: key.uv.map(|uv| parallel(uv, Type::Vec2)).transpose()?,
+            targets: targets.iter().map(target).collect::<Result<_>>()?,
+            skin: skin.transpose()?,
+            positions,
+        })
     }
 }
 
-/// Checks positions and makes normals unit vectors.
-fn finish(mut mesh: SourceMesh, position: Index<Accessor>) -> Result<SourceMesh> {
-    if let Some(vertex) = mesh
-        .positions
-        .iter()
-        .position(|point| !Vec3::from(*point).is_finite())
-    {
-        let what = format!("the position {:?} is not finite", mesh.positions[vertex]);
-        return Err(ImportError::malformed(what).within(format_args!("accessor {position}")));
+/// The sets of joints and weights of a skinned primitive.
+fn weights<'a>(
+    primitive: &Primitive,
+    open: &impl Fn(Index<Accessor>, Type) -> Result<Elements<'a>>,
+) -> Result<Vec<Weights<'a>>> {
+    let mut sets = Vec::new();
+    for set in 0.. {
+        let (Some(joint), Some(weight)) = (
+            attribute(primitive, Semantic::Joints(set)),
+            attribute(primitive, Semantic::Weights(set)),
+        ) else {
+            break;
+        };
+        sets.push(Weights {
+            joints: open(joint, Type::Vec4)?,
+            weights: open(weight, Type::Vec4)?,
+        });
     }
-    for normal in &mut mesh.normals {
-        *normal = Vec3::from(*normal)
-            .try_normalize()
-            .unwrap_or(Vec3::Z)
-            .into();
-    }
-    for uv in &mut mesh.uvs {
-        *uv = uv.map(|lane| if lane.is_finite() { lane } else { 0.0 });
-    }
-    Ok(mesh)
+    Ok(sets)
 }
 
 /// The accessor of an attribute.
@@ -322,93 +339,4 @@ fn targets<'a>(
     let used = weights.zip(primitive.targets.iter().flatten());
     used.filter(|(weight, _)| *weight != 0.0 && weight.is_finite())
         .collect()
-}
-
-fn displace(vectors: &mut [[f32; 3]], by: &Elements<'_>, used: &[u32], weight: f32) {
-    for (vector, &vertex) in vectors.iter_mut().zip(used) {
-        let by: [f32; 3] = by.floats(vertex as usize);
-        *vector = std::array::from_fn(|axis| {
-            (f64::from(vector[axis]) + f64::from(weight) * f64::from(by[axis])) as f32
-        });
-    }
-}
-
-fn gather<const N: usize>(elements: &Elements<'_>, used: &[u32]) -> Vec<[f32; N]> {
-    used.iter()
-        .map(|&vertex| elements.floats(vertex as usize))
-        .collect()
-}
-
-/// Unrolls strips and fans (section 3.7.2.1); a trailing incomplete triangle is left out.
-fn triangle_list(mode: u32, mut elements: Vec<u32>) -> Vec<u32> {
-    let corners = |w: &[u32]| [w[0], w[1], w[2]];
-    let windows = elements.windows(3).map(corners);
-    match mode {
-        // Every other triangle of a strip is turned round, which swaps its last two corners.
-        5 => {
-            let turn =
-                |(i, [a, b, c]): (usize, [u32; 3])| if i % 2 == 0 { [a, b, c] } else { [a, c, b] };
-            windows.enumerate().flat_map(turn).collect()
-        }
-        6 => windows.flat_map(|[_, b, c]| [b, c, elements[0]]).collect(),
-        _ => {
-            elements.truncate(elements.len() / 3 * 3);
-            elements
-        }
-    }
-}
-
-/// Renumbers the vertices that `indices` use from 0, in ascending order, and returns their old
-/// numbers. Many primitives may share one large vertex buffer; none keeps a copy of all of it.
-fn compact(indices: &mut [u32], vertex_count: usize) -> Vec<u32> {
-    let used: Vec<u32> = if vertex_count / 8 > indices.len() {
-        let mut used = indices.to_vec();
-        used.sort_unstable();
-        used.dedup();
-        used
-    } else {
-        let mut is_used = vec![false; vertex_count];
-        indices
-            .iter()
-            .for_each(|&index| is_used[index as usize] = true);
-        (0..)
-            .zip(is_used)
-            .filter(|(_, is_used)| *is_used)
-            .map(|(vertex, _)| vertex)
-            .collect()
-    };
-    if used.len() < vertex_count {
-        for index in indices {
-            // Every index is in the list made of them.
-            *index = used.partition_point(|vertex| vertex < index) as u32;
-        }
-    }
-    used
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn strips_and_fans_become_lists() {
-        assert_eq!(triangle_list(4, vec![0, 1, 2, 3]), [0, 1, 2]);
-        assert_eq!(
-            triangle_list(5, vec![0, 1, 2, 3, 4]),
-            [0, 1, 2, 1, 3, 2, 2, 3, 4]
-        );
-        assert_eq!(triangle_list(6, vec![0, 1, 2, 3]), [1, 2, 0, 2, 3, 0]);
-        for mode in 4..=6 {
-            assert!(triangle_list(mode, vec![0, 1]).is_empty());
-        }
-    }
-
-    #[test]
-    fn compacting_keeps_order_and_drops_the_unused() {
-        for vertex_count in [10, 1000] {
-            let mut indices = [7, 2, 7, 9, 2, 7];
-            assert_eq!(compact(&mut indices, vertex_count), [2, 7, 9]);
-            assert_eq!(indices, [1, 0, 1, 2, 0, 1]);
-        }
-    }
 }
