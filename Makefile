@@ -8,6 +8,8 @@ OUT := target/demo
 # Mesa complains about its absence although nothing here opens a window.
 export XDG_RUNTIME_DIR ?= /tmp
 RELEASE := target/release
+# The bake beside its peers; a workspace of its own, which nothing else compiles.
+PEERS := $(CARGO) run --release --target-dir target/peers --manifest-path preprocess/peers/Cargo.toml --
 
 # Bakes a generated city, runs HROC through it, checks every frame against drawing everything.
 demo:
@@ -54,6 +56,12 @@ mutants:
 
 bench:
 	$(CARGO) bench --locked -p hroc-format -p hroc-preprocess -p hroc-msoc
+	@mkdir -p $(OUT)
+	$(CARGO) run --release --locked -p hroc-preprocess -- generate radial-city -o $(OUT)/bench.glb
+	$(CARGO) run --release --locked -p hroc-preprocess -- bake $(OUT)/bench.glb -o $(OUT)/bench.hroc
+	$(PEERS) trees
+	$(PEERS) import $(OUT)/bench.glb
+	$(PEERS) open $(OUT)/bench.hroc
 
 # Ten million random triangles and queries against the reference. Takes minutes.
 msoc-exactness:

@@ -34,7 +34,7 @@ pub enum Check {
 /// place, it puts a new one under the name, so that a mapped scene stays what it was. A program that
 /// truncates or overwrites the file nevertheless while it is mapped ends this process with a bus error
 /// (SIGBUS; an in-page exception on Windows) or makes it read bytes that were never checked, as with
-/// any mapped file. Where others may write to the file, read it and use [`from_bytes`](Self::from_bytes).
+/// any mapped file. Where others may do that, use [`read_with`](Self::read_with), which survives it.
 pub struct BakedScene {
     bytes: Bytes,
     path: Option<PathBuf>,
@@ -70,21 +70,30 @@ impl BakedScene {
         Self::open_with(path, Check::Everything)
     }
 
+    /// Reads a file into memory and checks it: what happens to the file afterwards, or meanwhile, cannot hurt.
+    pub fn read_with(path: impl AsRef<Path>, check: Check) -> Result<Self, OpenError> {
+        let path = path.as_ref();
+        let mut file = open_regular(path)?;
+        let mut bytes = AlignedVec::new();
+        bytes
+            .extend_from_reader(&mut file)
+            .map_err(|source| OpenError::Io {
+                path: path.into(),
+                source,
+            })?;
+        Self::new(Bytes::Owned(bytes), Some(path.into()), check)
+    }
+
     /// Maps a file and checks it.
     pub fn open_with(path: impl AsRef<Path>, check: Check) -> Result<Self, OpenError> {
         let path = path.as_ref();
-        let io_error = |source| OpenError::Io {
-            path: path.into(),
-            source,
-        };
-        // Asked before opening: opening a pipe waits for its other end.
-        if !fs::metadata(path).map_err(io_error)?.is_file() {
-            return Err(OpenError::NotAFile { path: path.into() });
-        }
-        let file = File::open(path).map_err(io_error)?;
+        let file = open_regular(path)?;
         // SAFETY: the map is private to this value and never written through. That nobody else
         // changes the file meanwhile is the condition stated in the documentation of the type.
-        let map = unsafe { Mmap::map(&file) }.map_err(io_error)?;
+        let map = unsafe { Mmap::map(&file) }.map_err(|source| OpenError::Io {
+            path: path.into(),
+            source,
+        })?;
         Self::new(Bytes::Mapped(map), Some(path.into()), check)
     }
 
@@ -144,6 +153,18 @@ impl BakedScene {
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
     }
+}
+
+fn open_regular(path: &Path) -> Result<File, OpenError> {
+    let io_error = |source| OpenError::Io {
+        path: path.into(),
+        source,
+    };
+    // Asked before opening: opening a pipe waits for its other end.
+    if !fs::metadata(path).map_err(io_error)?.is_file() {
+        return Err(OpenError::NotAFile { path: path.into() });
+    }
+    File::open(path).map_err(io_error)
 }
 
 impl std::fmt::Debug for BakedScene {

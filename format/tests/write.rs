@@ -41,6 +41,19 @@ fn a_mapped_file_survives_its_replacement() {
     assert_eq!(BakedScene::verify(&path).unwrap().scene().objects.len(), 2);
 }
 
+/// A map of the file would end the process here.
+#[test]
+fn a_scene_that_was_read_survives_the_truncation_of_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.hroc");
+    write(&path, &scene(40)).unwrap();
+    let baked = BakedScene::read_with(&path, Check::Everything).unwrap();
+    fs::File::create(&path).unwrap();
+    support::walk(baked.scene());
+    let error = BakedScene::read_with(&path, Check::Ranges).unwrap_err();
+    assert!(matches!(error, OpenError::NotHroc { .. }), "{error:?}");
+}
+
 #[cfg(unix)]
 #[test]
 fn permissions_are_those_of_any_new_file() {

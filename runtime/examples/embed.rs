@@ -234,7 +234,7 @@ fn pipeline(
             module: &module,
             entry_point: Some("vertex"),
             compilation_options: options.clone(),
-            buffers: &[Some(Scene::POSITIONS)],
+            buffers: &[Some(scene.positions_layout())],
         },
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {

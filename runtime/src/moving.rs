@@ -128,6 +128,11 @@ impl MovingObjects {
         let shape = &scene.shape;
         let capacity = shape.moving_capacity() as usize;
         let mesh_bounds = baked.meshes.iter();
+        // A GPU decodes quantized positions to within two units in the last place; all lie in the unit cube.
+        let decoding = match scene.quantized {
+            true => f64::from(f32::EPSILON) * 2.0,
+            false => 0.0,
+        };
         let [opaque, blended] = classes(baked, shape.object_words());
         Self {
             origin: shape.origin,
@@ -136,8 +141,9 @@ impl MovingObjects {
             static_radius: shape.radius,
             mesh_bounds: mesh_bounds
                 .map(|mesh| {
-                    [mesh.min, mesh.max]
-                        .map(|corner| DVec3::from_array(corner.map(|x| f64::from(x.to_native()))))
+                    let [min, max] = [mesh.min, mesh.max]
+                        .map(|corner| DVec3::from_array(corner.map(|x| f64::from(x.to_native()))));
+                    [min - decoding, max + decoding]
                 })
                 .collect(),
             objects: vec![Object::default(); capacity],

@@ -103,8 +103,10 @@ pub struct Scene {
     pub shape: SceneShape,
     /// The paths that methods take over this scene.
     pub profile: DeviceProfile,
-    /// Vertex buffer: three f32 per vertex, object space. See [`Scene::POSITIONS`].
+    /// Vertex buffer: object space. See [`Scene::positions_layout`].
     pub positions: wgpu::Buffer,
+    /// Positions are four normalized 16-bit numbers, not three f32; object space is the unit cube.
+    pub quantized: bool,
     /// Vertex buffer: octahedral normals, see [`Scene::NORMALS`]; `None` where the bake has none.
     pub normals: Option<wgpu::Buffer>,
     /// Index buffer, u32.
@@ -126,12 +128,24 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Layout of [`Scene::positions`] at shader location 0.
-    pub const POSITIONS: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+    const POSITIONS: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
         array_stride: 12,
         step_mode: wgpu::VertexStepMode::Vertex,
         attributes: &wgpu::vertex_attr_array![0 => Float32x3],
     };
+    const QUANTIZED_POSITIONS: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: 8,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &wgpu::vertex_attr_array![0 => Unorm16x4],
+    };
+    /// Layout of [`Scene::positions`] at shader location 0, a `vec3f` in any case.
+    pub const fn positions_layout(&self) -> wgpu::VertexBufferLayout<'static> {
+        if self.quantized {
+            Self::QUANTIZED_POSITIONS
+        } else {
+            Self::POSITIONS
+        }
+    }
     /// Layout of [`Scene::normals`] at shader location 1.
     pub const NORMALS: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
         array_stride: 4,
@@ -163,6 +177,11 @@ impl Scene {
     ) -> Result<Self, UploadError> {
         use wgpu::BufferUsages as Usage;
         let normals = cast_slice::<_, u8>(baked.normals.as_slice());
+        let quantized = !baked.quantized_positions.is_empty();
+        let positions = match quantized {
+            true => cast_slice(baked.quantized_positions.as_slice()),
+            false => cast_slice(baked.positions.as_slice()),
+        };
         let mut shape = SceneShape::of(baked, profile.subpixel_step_px);
         shape.object_count = shape
             .static_count
@@ -175,13 +194,8 @@ impl Scene {
         Ok(Self {
             shape,
             profile: profile.clone(),
-            positions: upload(
-                device,
-                "vertex positions",
-                cast_slice(baked.positions.as_slice()),
-                0,
-                Usage::VERTEX,
-            )?,
+            quantized,
+            positions: upload(device, "vertex positions", positions, 0, Usage::VERTEX)?,
             normals: (!normals.is_empty())
                 .then(|| upload(device, "vertex normals", normals, 0, Usage::VERTEX))
                 .transpose()?,

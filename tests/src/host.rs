@@ -273,8 +273,8 @@ impl<'g> Host<'g> {
                 .collect::<Vec<_>>(),
         });
         let pipeline = |entry| {
-            let key = format!("test host {entry} {depth:?} {guarded}");
-            let make = || pipeline(device, &layout, depth, guarded, entry);
+            let key = format!("test host {entry} {depth:?} {guarded} {}", scene.quantized);
+            let make = || pipeline(device, scene, &layout, depth, guarded, entry);
             scene.profile.pipelines.get(&key, make)
         };
         Self {
@@ -381,6 +381,7 @@ impl<'g> Host<'g> {
 
 fn pipeline(
     device: &wgpu::Device,
+    scene: &Scene,
     layout: &wgpu::BindGroupLayout,
     depth: DepthConvention,
     guarded: bool,
@@ -423,7 +424,7 @@ fn pipeline(
             module: &module,
             entry_point: Some("vertex"),
             compilation_options: options.clone(),
-            buffers: &[Some(Scene::POSITIONS)],
+            buffers: &[Some(scene.positions_layout())],
         },
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {

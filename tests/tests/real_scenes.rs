@@ -1,28 +1,32 @@
-//! Scenes made by others, in the folder `HROC_TEST_SCENES`: each is baked, verified and drawn exactly, with every
-//! tree, from outside and from within.
+//! Whole scenes, generated ones and those made by others in the folder `HROC_TEST_SCENES`: each is baked, verified
+//! and drawn exactly, with every tree, from outside and from within.
 
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 use hroc_format::{BakedScene, Check};
 use hroc_preprocess::bake::{BakeOptions, bake};
+use hroc_preprocess::generate::{self, Params};
 use hroc_preprocess::import::{ImportOptions, import};
 use hroc_preprocess::progress::Silent;
 use hroc_runtime::{CullingMethod, DepthConvention, Hroc, HrocOptions, Noc};
 use hroc_study::camera_path::{Cameras, orbit, walk_in};
-use hroc_tests::gpu;
 use hroc_tests::host::{Host, World, difference};
+use hroc_tests::{Gpu, gpu};
 
 const SIZE: [u32; 2] = [192, 108];
 
-/// The scenes of the folder's `real/`, if it is named.
-fn scenes() -> Option<Vec<PathBuf>> {
+/// The scenes in these folders of `HROC_TEST_SCENES`, if it is set.
+fn scenes(suites: &[&str]) -> Option<Vec<PathBuf>> {
     let Some(folder) = std::env::var_os("HROC_TEST_SCENES") else {
         eprintln!("SKIPPED: HROC_TEST_SCENES names no folder, no real scene was tested");
         return None;
     };
-    let real = Path::new(&folder).join("real");
     let mut found = Vec::new();
-    let mut folders = vec![real.clone()];
+    let mut folders: Vec<_> = suites
+        .iter()
+        .map(|suite| Path::new(&folder).join(suite))
+        .collect();
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder)
             .unwrap_or_else(|error| panic!("{}: {error}", folder.display()))
@@ -39,68 +43,107 @@ fn scenes() -> Option<Vec<PathBuf>> {
         }
     }
     found.sort();
-    assert!(!found.is_empty(), "{} holds no scene", real.display());
+    assert!(!found.is_empty(), "{suites:?} hold no scene");
     Some(found)
 }
 
-#[test]
-fn real_scenes_are_drawn_exactly() {
-    let Some(scenes) = scenes() else { return };
-    let Some(gpu) = gpu() else { return };
+/// Bakes a scene, verifies it and draws it along two paths with every tree; gives the frames that are wrong. `None`
+/// for a scene that needs Draco, which is refused.
+fn wrong_frames(gpu: &Gpu, path: &Path, options: &BakeOptions) -> Option<Vec<String>> {
+    let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+    let imported = import(&[path.to_owned()], &ImportOptions::default(), &Silent);
+    let source = match imported {
+        Err(error) if error.to_string().contains("KHR_draco_mesh_compression") => return None,
+        imported => imported.unwrap_or_else(|error| panic!("{error}")),
+    };
+    let (scene, _) = bake(source, options, &Silent).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let bytes = hroc_format::to_bytes(&scene).unwrap();
+    let baked =
+        BakedScene::from_bytes(&bytes, Check::Everything).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let world = World::new(gpu, baked);
+    let depth = DepthConvention::Reversed;
+    let host = Host::new(gpu, &world, SIZE, depth);
+    let mut noc = Noc::new(&gpu.device, &world.scene, depth);
+    let options = HrocOptions {
+        depth,
+        ..Default::default()
+    };
+    let mut methods = world
+        .trees
+        .iter()
+        .map(|tree| Hroc::new(&gpu.device, &world.scene, tree, options))
+        .collect::<Vec<_>>();
+    let (walk, circle) = (walk_in(world.baked.scene()), orbit(world.baked.scene()));
+    // Two neighbouring frames each outside, on the way in and inside: one with a cut, one that coheres.
+    let cameras = [0.0, 0.1, 4.5, 4.6, 8.0, 8.1].map(|t| walk.camera_at(t));
+    let (mut visible, mut drawn) = (0, 0);
     let mut failures = Vec::new();
-    for path in scenes {
-        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        let source = import(
-            std::slice::from_ref(&path),
-            &ImportOptions::default(),
-            &Silent,
-        )
-        .unwrap_or_else(|e| panic!("{e}"));
-        let (scene, _) = bake(source, &BakeOptions::default(), &Silent)
-            .unwrap_or_else(|e| panic!("{name}: {e}"));
-        let baked =
-            BakedScene::from_bytes(&hroc_format::to_bytes(&scene).unwrap(), Check::Everything)
-                .unwrap_or_else(|e| panic!("{name}: {e}"));
-        let world = World::new(gpu, baked);
-        let depth = DepthConvention::Reversed;
-        let host = Host::new(gpu, &world, SIZE, depth);
-        let mut noc = Noc::new(&gpu.device, &world.scene, depth);
-        let options = HrocOptions {
-            depth,
-            ..Default::default()
-        };
-        let mut methods = world
-            .trees
-            .iter()
-            .map(|tree| Hroc::new(&gpu.device, &world.scene, tree, options))
-            .collect::<Vec<_>>();
-        let (walk, circle) = (walk_in(world.baked.scene()), orbit(world.baked.scene()));
-        // Two neighbouring frames each outside, on the way in and inside: one with a cut, one that coheres.
-        let cameras = [0.0, 0.1, 4.5, 4.6, 8.0, 8.1].map(|t| walk.camera_at(t));
-        let (mut visible, mut drawn) = (0, 0);
-        for (number, camera) in cameras.iter().chain(&[circle.camera_at(2.0)]).enumerate() {
-            let truth = host.render(&mut noc, camera);
-            for (hroc, tree) in methods.iter_mut().zip(&world.trees) {
-                let frame = host.render(hroc as &mut dyn CullingMethod, camera);
-                let found = difference(&truth, &frame);
-                if found.wrong_pixels + found.false_negatives > 0 {
-                    failures.push(format!("{name} {} frame {number}: {found:?}", tree.split));
-                }
-                if number % 2 == 1 {
-                    visible += truth.visible().len();
-                    drawn += frame.pvs().len();
-                }
+    for (number, camera) in cameras.iter().chain(&[circle.camera_at(2.0)]).enumerate() {
+        let truth = host.render(&mut noc, camera);
+        for (hroc, tree) in methods.iter_mut().zip(&world.trees) {
+            let frame = host.render(hroc as &mut dyn CullingMethod, camera);
+            let found = difference(&truth, &frame);
+            if found.wrong_pixels + found.false_negatives > 0 {
+                failures.push(format!("{name} {} frame {number}: {found:?}", tree.split));
+            }
+            if number % 2 == 1 {
+                visible += truth.visible().len();
+                drawn += frame.pvs().len();
             }
         }
-        eprintln!(
-            "{name}: {visible} visible, {drawn} drawn in nine coherent frames of {} objects",
-            world.scene.shape.object_count
-        );
     }
+    assert!(visible > 0, "{name}: no camera saw anything");
+    eprintln!(
+        "{name}: {visible} visible, {drawn} drawn in nine coherent frames of {} objects",
+        world.scene.shape.object_count
+    );
+    Some(failures)
+}
+
+#[track_caller]
+fn assert_none(failures: Vec<String>) {
     assert!(
         failures.is_empty(),
         "{} wrong frames:\n{}",
         failures.len(),
         failures.join("\n")
     );
+}
+
+#[test]
+fn real_scenes_are_drawn_exactly() {
+    let Some(scenes) = scenes(&["features", "real"]) else {
+        return;
+    };
+    let Some(gpu) = gpu() else { return };
+    let frames = scenes
+        .iter()
+        .filter_map(|path| wrong_frames(gpu, path, &BakeOptions::default()));
+    assert_none(frames.flatten().collect());
+}
+
+/// A generated city, and the feature scenes where there are any.
+#[test]
+fn quantized_and_subdivided_scenes_are_drawn_exactly() {
+    let Some(gpu) = gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let city = folder.path().join("city.glb");
+    let params = Params {
+        scale: 0.01,
+        detail: 1.0,
+        seed: 1,
+    };
+    let generator = generate::by_name("radial-city").unwrap();
+    generator.write_glb(&params, &city).unwrap();
+    let options = BakeOptions {
+        quantize: true,
+        split_objects: NonZeroU32::new(40),
+        ..Default::default()
+    };
+    let mut scenes = scenes(&["features"]).unwrap_or_default();
+    scenes.push(city);
+    let frames = scenes
+        .iter()
+        .filter_map(|path| wrong_frames(gpu, path, &options));
+    assert_none(frames.flatten().collect());
 }

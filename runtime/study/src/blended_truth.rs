@@ -64,7 +64,7 @@ impl BlendedTruth {
                 module: &module,
                 entry_point: Some("blended_vertex"),
                 compilation_options: options.clone(),
-                buffers: &[Some(Scene::POSITIONS)],
+                buffers: &[Some(scene.positions_layout())],
             },
             primitive: wgpu::PrimitiveState::default(),
             depth_stencil: None,

@@ -59,8 +59,9 @@ impl ObjectDrawer {
         let layout = bind_group_layout(device);
         let pipeline = |variant| {
             let key = format!(
-                "object_color {variant:?} {depth:?} {holes} {}",
-                scene.normals.is_some()
+                "object_color {variant:?} {depth:?} {holes} {} {}",
+                scene.normals.is_some(),
+                scene.quantized
             );
             let make = || pipeline(device, scene, &layout, depth, holes, variant);
             scene.profile.pipelines.get(&key, make)
@@ -206,7 +207,7 @@ fn pipeline(
         constants: &constants,
         ..Default::default()
     };
-    let with_normals = [Some(Scene::POSITIONS), Some(Scene::NORMALS)];
+    let with_normals = [Some(scene.positions_layout()), Some(Scene::NORMALS)];
     let (entry_point, buffers) = match scene.normals {
         Some(_) => ("object_vertex_with_normal", &with_normals[..]),
         None => ("object_vertex", &with_normals[..1]),
