@@ -134,7 +134,7 @@ fn quantized_and_subdivided_scenes_are_drawn_exactly() {
         seed: 1,
     };
     let generator = generate::by_name("radial-city").unwrap();
-    generator.write_glb(&params, &city).unwrap();
+    generator.write(&params, &city).unwrap();
     let options = BakeOptions {
         quantize: true,
         split_objects: NonZeroU32::new(40),

@@ -59,7 +59,8 @@ fn plain_obj(path: &Path) {
         triangulate: true,
         ..Default::default()
     };
-    black_box(tobj::load_obj(path, &options).expect("a good file"));
+    let (models, _) = tobj::load_obj(path, &options).expect("a good file");
+    black_box(models);
 }
 
 fn plain_gltf(path: &Path) {
