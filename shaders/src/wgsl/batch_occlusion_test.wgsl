@@ -143,10 +143,12 @@ fn test_fragment(fragment: BoxVertex) {
             }
         }
     }
-    // One pixel of 256 tells the next frame how coarse its groups should be.
+    // One pixel of 256 tells the next frame how coarse its groups should be: how many rays meet their group's own
+    // bounds in front of the map. Pruning depends on which ray came first, so it is not asked.
     if (all((vec2u(fragment.position.xy) & vec2u(15u)) == vec2u(5u))) {
         atomicAdd(&grouping.fragments, 1u);
-        if (survived) {
+        let t = entry(pixel_ray(fragment.position.xy), group_box(fragment.group), frame.near);
+        if (t >= 0.0 && may_show(t, depth)) {
             atomicAdd(&grouping.survivors, 1u);
         }
     }
