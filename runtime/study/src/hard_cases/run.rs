@@ -505,12 +505,17 @@ impl HardCaseResults {
         serde_json::to_string_pretty(self).expect("plain data") + "\n"
     }
 
-    /// A table of case x method, both depth conventions together, then what failed.
+    /// A table of case x method, depth conventions and device paths together, then what failed.
     pub fn markdown(&self) -> String {
         let mut rows = Vec::new();
         for case in &self.cases {
-            let once = |run: &&MethodResult| run.depth == DepthConvention::ALL[0].name();
-            for label in case.runs.iter().filter(once).map(MethodResult::label) {
+            let mut labels = Vec::new();
+            for label in case.runs.iter().map(MethodResult::label) {
+                if !labels.contains(&label) {
+                    labels.push(label);
+                }
+            }
+            for label in labels {
                 let runs = || case.runs.iter().filter(|run| run.label() == label);
                 let sum =
                     |part: fn(&MethodResult) -> usize| runs().map(part).sum::<usize>().to_string();
@@ -558,10 +563,12 @@ impl HardCaseResults {
                     false_negatives,
                 } = run.failures[0];
                 text += &format!(
-                    "\nFAILED: {} by {} ({} depth): {} of {} frames differ from no culling, first frame {frame} at {}x{}: {wrong_pixels} wrong pixels, {false_negatives} false negatives\n",
+                    "\nFAILED: {} by {} ({} depth, {}, {}): {} of {} frames differ from no culling, first frame {frame} at {}x{}: {wrong_pixels} wrong pixels, {false_negatives} false negatives\n",
                     case.case,
                     run.label(),
                     run.depth,
+                    run.submission,
+                    run.early_z,
                     run.failures.len(),
                     run.frames,
                     size[0],
@@ -634,7 +641,7 @@ mod tests {
             }],
         };
         assert!(results.failed());
-        let told = "FAILED: two-objects by hroc of (reversed depth): 1 of 2 frames differ from no culling, first frame 1 at 1x1: 1 wrong pixels, 1 false negatives";
+        let told = "FAILED: two-objects by hroc of (reversed depth, indirect-count, forced): 1 of 2 frames differ from no culling, first frame 1 at 1x1: 1 wrong pixels, 1 false negatives";
         assert!(results.markdown().contains(told), "{}", results.markdown());
         let again = serde_json::from_str::<HardCaseResults>(&results.to_json()).unwrap();
         assert_eq!(again, results);
