@@ -458,15 +458,12 @@ impl CullingMethod for Hroc {
             });
         }
         if frame.scene.has_blended {
-            let blended = Draw {
-                marks: None,
-                ..passes.draw(
-                    Stage::RenderBlended,
-                    &self.blended_list,
-                    DrawRange::AtMost(capacity),
-                    None,
-                )
-            };
+            let blended = passes.draw(
+                Stage::RenderBlended,
+                &self.blended_list,
+                DrawRange::AtMost(capacity),
+                None,
+            );
             frame.stage(Stage::RenderBlended, |encoder| {
                 drawer.draw(encoder, &blended)
             });

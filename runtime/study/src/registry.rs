@@ -182,10 +182,9 @@ pub const METHODS: &[Method] = &[
         uses_tree: true,
         counts_work: true,
         make: |parts| {
-            let mode = HrocMode::ALL.into_iter();
             let options = HrocOptions {
-                mode: mode
-                    .clone()
+                mode: HrocMode::ALL
+                    .into_iter()
                     .find(|mode| mode.name() == parts.mode)
                     .unwrap_or_default(),
                 depth: parts.depth,
