@@ -200,7 +200,7 @@ impl<'a> Draw<'a> {
 /// arithmetic. No fragment shader forces the early depth test, as it discards: see mark.wgsl. Objects that an
 /// alpha test cuts holes into are in the same lists and discard likewise.
 ///
-/// [`Stage::RenderBlended`] is different: its objects are blended over the rest, with the same comparison of
+/// [`Stage::RENDER_BLENDED`] is different: its objects are blended over the rest, with the same comparison of
 /// depth, but write neither depth nor item buffer.
 pub trait Drawer {
     /// Records a pass that draws `draw.list`. Called even if the list may turn out empty on the GPU, since

@@ -6,12 +6,13 @@ use crate::pipelines::Pipelines;
 
 /// The pipeline; one per device.
 #[derive(Clone, Debug)]
-pub(crate) struct FilterOccluders {
+pub struct FilterOccluders {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
 }
 
 impl FilterOccluders {
+    /// The pipeline of the device whose pipelines these are.
     pub fn of(device: &wgpu::Device, pipelines: &Pipelines) -> Self {
         pipelines.get("filter_occluders", || Self::new(device))
     }

@@ -1,14 +1,9 @@
-//! Small pieces every pass is made of.
+//! Small pieces every pass is made of, for methods of your own: see the crate hroc-methods for how they serve.
 
 use wgpu::BufferUsages as Usage;
 
 /// A zeroed storage buffer of at least 64 bytes, clearable and readable.
-pub(crate) fn storage(
-    device: &wgpu::Device,
-    label: &str,
-    bytes: u64,
-    extra: Usage,
-) -> wgpu::Buffer {
+pub fn storage(device: &wgpu::Device, label: &str, bytes: u64, extra: Usage) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: bytes.next_multiple_of(4).max(64),
@@ -18,7 +13,7 @@ pub(crate) fn storage(
 }
 
 /// A storage buffer that holds `words`.
-pub(crate) fn storage_with(device: &wgpu::Device, label: &str, words: &[u32]) -> wgpu::Buffer {
+pub fn storage_with(device: &wgpu::Device, label: &str, words: &[u32]) -> wgpu::Buffer {
     let bytes = bytemuck::cast_slice(words);
     let size = (bytes.len() as u64).max(64);
     let usage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
@@ -26,13 +21,13 @@ pub(crate) fn storage_with(device: &wgpu::Device, label: &str, words: &[u32]) ->
 }
 
 /// A uniform buffer that holds `contents`.
-pub(crate) fn uniform(device: &wgpu::Device, label: &str, contents: &[u8]) -> wgpu::Buffer {
+pub fn uniform(device: &wgpu::Device, label: &str, contents: &[u8]) -> wgpu::Buffer {
     let usage = Usage::UNIFORM | Usage::COPY_DST;
     buffer_with(device, label, contents, contents.len() as u64, usage)
 }
 
-/// A buffer of `size` bytes that begins with `contents` and holds zeros beyond.
-pub(crate) fn buffer_with(
+/// A buffer of `size` bytes (a multiple of 4) that begins with `contents` and holds zeros beyond.
+pub fn buffer_with(
     device: &wgpu::Device,
     label: &str,
     contents: &[u8],
@@ -56,7 +51,10 @@ pub(crate) fn buffer_with(
 }
 
 /// The module `name` of hroc-shaders.
-pub(crate) fn shader(device: &wgpu::Device, name: &'static str) -> wgpu::ShaderModule {
+///
+/// # Panics
+/// If there is no such module.
+pub fn shader(device: &wgpu::Device, name: &'static str) -> wgpu::ShaderModule {
     let wgsl = hroc_shaders::source(name).expect("the module is in hroc-shaders");
     device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(name),
@@ -65,20 +63,23 @@ pub(crate) fn shader(device: &wgpu::Device, name: &'static str) -> wgpu::ShaderM
 }
 
 /// A boolean as a pipeline constant.
-pub(crate) fn flag(value: bool) -> f64 {
+pub fn flag(value: bool) -> f64 {
     f64::from(u8::from(value))
 }
 
 /// How a stage sees a buffer.
-#[derive(Clone, Copy)]
-pub(crate) enum Access {
+#[derive(Clone, Copy, Debug)]
+pub enum Access {
+    /// A uniform.
     Uniform,
+    /// Storage that is only read.
     Read,
+    /// Storage that is also written.
     ReadWrite,
 }
 
 /// A bind group layout of buffers at bindings 0, 1, 2, ...
-pub(crate) fn buffer_layout(
+pub fn buffer_layout(
     device: &wgpu::Device,
     label: &str,
     visibility: wgpu::ShaderStages,
@@ -89,7 +90,7 @@ pub(crate) fn buffer_layout(
 }
 
 /// A bind group layout of buffers at some bindings: those that an entry point uses of its module.
-pub(crate) fn sparse_buffer_layout(
+pub fn sparse_buffer_layout(
     device: &wgpu::Device,
     label: &str,
     visibility: wgpu::ShaderStages,
@@ -123,7 +124,7 @@ pub(crate) fn sparse_buffer_layout(
 }
 
 /// A bind group of whole buffers at bindings 0, 1, 2, ...
-pub(crate) fn buffer_group(
+pub fn buffer_group(
     device: &wgpu::Device,
     label: &str,
     layout: &wgpu::BindGroupLayout,
@@ -134,7 +135,7 @@ pub(crate) fn buffer_group(
 }
 
 /// A bind group of whole buffers at some bindings.
-pub(crate) fn sparse_buffer_group(
+pub fn sparse_buffer_group(
     device: &wgpu::Device,
     label: &str,
     layout: &wgpu::BindGroupLayout,
@@ -155,7 +156,7 @@ pub(crate) fn sparse_buffer_group(
 }
 
 /// A compute pipeline for `entry` of `module`.
-pub(crate) fn compute(
+pub fn compute(
     device: &wgpu::Device,
     module: &wgpu::ShaderModule,
     entry: &'static str,
@@ -186,14 +187,14 @@ pub(crate) fn compute(
 
 /// Workgroups for `count` invocations of `width` each. A second dimension where one would pass the limit of
 /// 65,535; the shaders compute `id.x + id.y * grid.x * width`.
-pub(crate) fn grid(count: u32, width: u32) -> [u32; 2] {
+pub fn grid(count: u32, width: u32) -> [u32; 2] {
     let groups = count.div_ceil(width);
     let rows = groups.div_ceil(65_535).max(1);
     [groups.div_ceil(rows), rows]
 }
 
 /// Records one dispatch.
-pub(crate) fn dispatch(
+pub fn dispatch(
     pass: &mut wgpu::ComputePass<'_>,
     pipeline: &wgpu::ComputePipeline,
     group: &wgpu::BindGroup,
@@ -205,7 +206,7 @@ pub(crate) fn dispatch(
 }
 
 /// Begins a compute pass.
-pub(crate) fn compute_pass<'e>(
+pub fn compute_pass<'e>(
     encoder: &'e mut wgpu::CommandEncoder,
     label: &'static str,
 ) -> wgpu::ComputePass<'e> {

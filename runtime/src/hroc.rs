@@ -26,7 +26,7 @@ use crate::gpu;
 use crate::mark::MarkBuffers;
 use crate::method::{CullingMethod, FrameContext, HostSync, Sets};
 use crate::mutant::Mutant;
-use crate::pack::{Pack, PackedList};
+use crate::pack::PackedList;
 use crate::scene::{Scene, Tree, bytes_of};
 use crate::stage::Stage;
 
@@ -199,8 +199,7 @@ impl Hroc {
 
         let mutant = scene.profile.mutant;
         let pipelines = &scene.profile.pipelines;
-        let pack = Pack::of(device, pipelines);
-        let list = |members, class| PackedList::new(device, &pack, scene, members, class);
+        let list = |members, class| PackedList::new(device, scene, members, class);
         let occluder_list = list(&visible, &scene.opaque);
         let extract_buffers = ExtractBuffers {
             frame: &frame,
@@ -309,7 +308,7 @@ impl<'a> Passes<'a> {
     {
         Draw {
             stage,
-            clear: stage == Stage::OcclusionMap,
+            clear: stage == Stage::OCCLUSION_MAP,
             list: list.range(range),
             targets: self.targets,
             depth: self.depth,
@@ -349,7 +348,7 @@ impl CullingMethod for Hroc {
             Limits::Late | Limits::LateChecked => late.unwrap_or([capacity; 2]),
         };
 
-        frame.stage(Stage::Pack, |encoder| self.occluder_list.record(encoder));
+        frame.stage(Stage::PACK, |encoder| self.occluder_list.record(encoder));
         let mut occluder_range = DrawRange::AtMost(occluder_limit);
         if limits == Limits::ReadBack {
             occluder_limit = self.read_back(frame, 0);
@@ -363,18 +362,18 @@ impl CullingMethod for Hroc {
         }
         let marks = self.marks.as_ref();
         let occluders = passes.draw(
-            Stage::OcclusionMap,
+            Stage::OCCLUSION_MAP,
             &self.occluder_list,
             occluder_range,
             marks,
         );
-        frame.stage(Stage::OcclusionMap, |encoder| {
+        frame.stage(Stage::OCCLUSION_MAP, |encoder| {
             drawer.draw(encoder, &occluders)
         });
         if shape.object_count == 0 {
             return Ok(());
         }
-        frame.stage(Stage::FilterOccluders, |encoder| {
+        frame.stage(Stage::FILTER_OCCLUDERS, |encoder| {
             if marks.is_some() {
                 let size = self.visible.size();
                 encoder.copy_buffer_to_buffer(&self.visible, 0, &self.effective_occluders, 0, size);
@@ -388,15 +387,17 @@ impl CullingMethod for Hroc {
                 );
             }
         });
-        frame.stage(Stage::ExtractGroups, |encoder| self.extract.record(encoder));
-        frame.stage(Stage::BatchOcclusionTest, |encoder| {
+        frame.stage(Stage::EXTRACT_GROUPS, |encoder| {
+            self.extract.record(encoder)
+        });
+        frame.stage(Stage::BATCH_OCCLUSION_TEST, |encoder| {
             if self.options.count_work {
                 encoder.clear_buffer(&self.work, 0, None);
             }
             self.test
                 .record(device, encoder, &targets, &self.group_draw);
         });
-        frame.stage(Stage::Pack, |encoder| {
+        frame.stage(Stage::PACK, |encoder| {
             self.occludee_list.record(encoder);
             if frame.scene.has_blended {
                 self.blended_list.record(encoder);
@@ -422,12 +423,12 @@ impl CullingMethod for Hroc {
         };
         let counted = (limits == Limits::LateChecked).then(|| frame.submit());
         let occludees = passes.draw(
-            Stage::RenderOccludees,
+            Stage::RENDER_OCCLUDEES,
             &self.occludee_list,
             occludee_range,
             marks,
         );
-        frame.stage(Stage::RenderOccludees, |encoder| {
+        frame.stage(Stage::RENDER_OCCLUDEES, |encoder| {
             drawer.draw(encoder, &occludees)
         });
         if let Some(counted) = counted {
@@ -444,27 +445,27 @@ impl CullingMethod for Hroc {
                         first: limit,
                         end: count,
                     };
-                    let rest = passes.draw(Stage::RenderOccludees, list, range, marks);
-                    frame.stage(Stage::RenderOccludees, |encoder| {
+                    let rest = passes.draw(Stage::RENDER_OCCLUDEES, list, range, marks);
+                    frame.stage(Stage::RENDER_OCCLUDEES, |encoder| {
                         drawer.draw(encoder, &rest)
                     });
                 }
             }
         }
         if marks.is_none() {
-            frame.stage(Stage::FilterOccluders, |encoder| {
+            frame.stage(Stage::FILTER_OCCLUDERS, |encoder| {
                 self.filter
                     .record(device, encoder, &targets, &self.visible, &self.limits);
             });
         }
         if frame.scene.has_blended {
             let blended = passes.draw(
-                Stage::RenderBlended,
+                Stage::RENDER_BLENDED,
                 &self.blended_list,
                 DrawRange::AtMost(capacity),
                 None,
             );
-            frame.stage(Stage::RenderBlended, |encoder| {
+            frame.stage(Stage::RENDER_BLENDED, |encoder| {
                 drawer.draw(encoder, &blended)
             });
         }

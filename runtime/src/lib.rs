@@ -16,7 +16,7 @@ mod draw;
 mod extract_groups;
 mod filter_occluders;
 pub mod frame_uniform;
-mod gpu;
+pub mod gpu;
 mod hroc;
 mod mark;
 mod method;
@@ -34,12 +34,14 @@ pub use camera::{Camera, CameraError, DepthConvention, Projection};
 pub use device::{DeviceProfile, EarlyZ};
 pub use draw::{Draw, DrawList, DrawRange, Drawer, Marks, Submission, Targets};
 pub use extract_groups::Grouping;
+pub use filter_occluders::FilterOccluders;
 pub use frame_uniform::FrameUniform;
 pub use hroc::{Hroc, HrocMode, HrocOptions, SMALLEST_LATE_MARGIN};
 pub use method::{CullingMethod, FrameContext, HostSync, Sets};
 #[doc(hidden)]
 pub use mutant::Mutant;
 pub use noc::Noc;
+pub use pack::PackedList;
 pub use scene::{Scene, SceneShape, Tree, UploadError};
 pub use stage::{Stage, StageObserver};
 

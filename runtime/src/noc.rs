@@ -4,7 +4,7 @@ use crate::camera::{CameraError, DepthConvention};
 use crate::draw::{Draw, Drawer};
 use crate::gpu;
 use crate::method::{CullingMethod, FrameContext, HostSync, Sets};
-use crate::pack::{Pack, PackedList};
+use crate::pack::PackedList;
 use crate::scene::Scene;
 use crate::stage::Stage;
 
@@ -24,8 +24,7 @@ impl Noc {
     pub fn new(device: &wgpu::Device, scene: &Scene, depth: DepthConvention) -> Self {
         let words = vec![u32::MAX; scene.shape.object_words() as usize];
         let everything = gpu::storage_with(device, "everything", &words);
-        let pack = Pack::of(device, &scene.profile.pipelines);
-        let list = |class| PackedList::new(device, &pack, scene, &everything, class);
+        let list = |class| PackedList::new(device, scene, &everything, class);
         Self {
             opaque: list(&scene.opaque),
             blended: list(&scene.blended),
@@ -56,29 +55,29 @@ impl CullingMethod for Noc {
             .camera
             .clip_from_world(self.depth, frame.targets.size, shape.origin, shape.radius)?;
         if self.packed != Some(scene.revision) {
-            frame.stage(Stage::Pack, |encoder| {
+            frame.stage(Stage::PACK, |encoder| {
                 self.opaque.record(encoder);
                 self.blended.record(encoder);
             });
             self.packed = Some(scene.revision);
         }
         let draw = Draw {
-            stage: Stage::DrawAll,
+            stage: Stage::DRAW_ALL,
             clear: true,
             list: self.opaque.list(),
             targets: frame.targets,
             depth: self.depth,
             marks: None,
         };
-        frame.stage(Stage::DrawAll, |encoder| drawer.draw(encoder, &draw));
+        frame.stage(Stage::DRAW_ALL, |encoder| drawer.draw(encoder, &draw));
         if scene.has_blended {
             let blended = Draw {
-                stage: Stage::RenderBlended,
+                stage: Stage::RENDER_BLENDED,
                 clear: false,
                 list: self.blended.list(),
                 ..draw
             };
-            frame.stage(Stage::RenderBlended, |encoder| {
+            frame.stage(Stage::RENDER_BLENDED, |encoder| {
                 drawer.draw(encoder, &blended)
             });
         }

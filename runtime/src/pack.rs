@@ -9,14 +9,14 @@ const COMMAND_BYTES: u64 = 20;
 
 /// The pipelines; one per device.
 #[derive(Clone, Debug)]
-pub(crate) struct Pack {
+struct Pack {
     layout: wgpu::BindGroupLayout,
     scan: wgpu::ComputePipeline,
     emit: wgpu::ComputePipeline,
 }
 
 impl Pack {
-    pub fn of(device: &wgpu::Device, pipelines: &Pipelines) -> Self {
+    fn of(device: &wgpu::Device, pipelines: &Pipelines) -> Self {
         pipelines.get("pack", || Self::new(device))
     }
 
@@ -41,7 +41,7 @@ impl Pack {
 
 /// The draw list of one set, as far as it is in one class.
 #[derive(Debug)]
-pub(crate) struct PackedList {
+pub struct PackedList {
     pipelines: Pack,
     group: wgpu::BindGroup,
     packed: wgpu::Buffer,
@@ -57,11 +57,11 @@ impl PackedList {
     /// A list of those in `members` that are in `object_class` (one bit per object of `scene` each).
     pub fn new(
         device: &wgpu::Device,
-        pipelines: &Pack,
         scene: &Scene,
         members: &wgpu::Buffer,
         object_class: &wgpu::Buffer,
     ) -> Self {
+        let pipelines = Pack::of(device, &scene.profile.pipelines);
         let none = wgpu::BufferUsages::empty();
         let words = scene.shape.object_words();
         let indirect = wgpu::BufferUsages::INDIRECT;
@@ -92,7 +92,7 @@ impl PackedList {
             ],
         );
         Self {
-            pipelines: pipelines.clone(),
+            pipelines,
             group,
             packed,
             bases_bytes: bases.size(),
@@ -104,7 +104,8 @@ impl PackedList {
         }
     }
 
-    /// Records the packing.
+    /// Records the packing. The lists of a frame stand in the order of object ids, so that surfaces of equal depth
+    /// are drawn in the same order whatever a method leaves out.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         if self.words == 0 {
             return;
@@ -152,6 +153,7 @@ impl PackedList {
         self.capacity
     }
 
+    /// GPU memory, bytes.
     pub fn memory_bytes(&self) -> u64 {
         self.commands.size() + self.count.size() + self.packed.size() + self.bases_bytes
     }

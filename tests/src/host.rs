@@ -455,7 +455,7 @@ struct RecordingDrawer<'h> {
 impl Drawer for RecordingDrawer<'_> {
     fn draw(&mut self, encoder: &mut wgpu::CommandEncoder, draw: &Draw<'_>) {
         let host = self.host;
-        if draw.stage == Stage::RenderOccludees {
+        if draw.stage == Stage::RENDER_OCCLUDEES {
             self.occlusion_map = Some(TextureCopy::record(
                 &host.gpu.device,
                 encoder,
@@ -470,7 +470,7 @@ impl Drawer for RecordingDrawer<'_> {
         });
         pass.set_bind_group(0, &host.group, &[]);
         match (draw.stage, draw.marks) {
-            (Stage::RenderBlended, _) => pass.set_pipeline(&host.blended),
+            (Stage::RENDER_BLENDED, _) => pass.set_pipeline(&host.blended),
             (_, Some(marks)) => {
                 pass.set_pipeline(&host.marked);
                 pass.set_bind_group(Marks::GROUP, &marks.group, &[]);

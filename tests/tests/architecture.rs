@@ -9,10 +9,18 @@ const EDGES: &[(&str, &[&str])] = &[
     ("shaders", &[]),
     ("preprocess", &["format"]),
     ("runtime", &["format", "shaders"]),
+    ("runtime/methods", &["runtime", "shaders"]),
     ("runtime/msoc", &[]),
     (
         "runtime/study",
-        &["format", "msoc", "preprocess", "runtime", "shaders"],
+        &[
+            "format",
+            "methods",
+            "msoc",
+            "preprocess",
+            "runtime",
+            "shaders",
+        ],
     ),
     (
         "tests",

@@ -150,7 +150,7 @@ impl Drawer for ObjectDrawer {
         });
         pass.set_bind_group(0, &self.group, &[]);
         match (draw.stage, draw.marks) {
-            (Stage::RenderBlended, _) => pass.set_pipeline(&self.blended),
+            (Stage::RENDER_BLENDED, _) => pass.set_pipeline(&self.blended),
             (_, Some(marks)) => {
                 pass.set_pipeline(&self.marked);
                 pass.set_bind_group(Marks::GROUP, &marks.group, &[]);

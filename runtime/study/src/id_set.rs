@@ -12,6 +12,11 @@ impl IdSet {
         Self { words }
     }
 
+    /// One bit per id.
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+
     /// Whether `id` is a member.
     pub fn contains(&self, id: u32) -> bool {
         self.words

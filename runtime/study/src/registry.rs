@@ -1,5 +1,6 @@
 //! Every culling method that the study can run. A new method is one entry of [`METHODS`].
 
+use hroc_methods::{Recorded, Reference};
 use hroc_runtime::{
     CullingMethod, DepthConvention, Grouping, HostSync, Hroc, HrocMode, HrocOptions, Noc, Scene,
     Tree, device,
@@ -23,6 +24,8 @@ pub struct Parts<'a> {
     pub grouping: Grouping,
     /// Values of the method's [`knobs`](Method::knobs).
     pub knobs: &'a Knobs,
+    /// What shows in the frame to come, for a method that [is told](Method::is_told).
+    pub recorded: &'a Recorded,
     /// Counts work where the method can, see [`hroc_runtime::Sets::work`].
     pub count_work: bool,
 }
@@ -148,6 +151,8 @@ pub struct Method {
     pub knobs: &'static [Knob],
     /// It reads the hierarchy.
     pub uses_tree: bool,
+    /// It is told beforehand what shows in each frame.
+    pub is_told: bool,
     /// It counts rays and ray-box tests if asked to.
     pub counts_work: bool,
     /// Makes it, with the history of a view that was never drawn.
@@ -163,8 +168,28 @@ pub const METHODS: &[Method] = &[
         modes: &[PLAIN],
         knobs: &[],
         uses_tree: false,
+        is_told: false,
         counts_work: false,
         make: |parts| Box::new(Noc::new(parts.device, parts.scene, parts.depth)),
+    },
+    Method {
+        name: "ref",
+        source: "the ideal: what is known to show is drawn, and nothing else (recorded with no culling beforehand)",
+        features: device::REQUIRED,
+        modes: &[PLAIN],
+        knobs: &[],
+        uses_tree: false,
+        is_told: true,
+        counts_work: false,
+        make: |parts| {
+            let recorded = parts.recorded.clone();
+            Box::new(Reference::new(
+                parts.device,
+                parts.scene,
+                parts.depth,
+                recorded,
+            ))
+        },
     },
     Method {
         name: "hroc",
@@ -180,6 +205,7 @@ pub const METHODS: &[Method] = &[
         ],
         knobs: &[LATE_MARGIN, BOX_COST],
         uses_tree: true,
+        is_told: false,
         counts_work: true,
         make: |parts| {
             let options = HrocOptions {

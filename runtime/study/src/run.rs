@@ -19,8 +19,7 @@ use indicatif::ProgressBar;
 
 use self::bench::Bench;
 use self::frame_sets::FrameSets;
-use self::true_frames::TrueFrames;
-use crate::blended_truth::BlendedTruth;
+use self::true_frames::{TrueFrame, TrueFrames};
 use crate::camera_path::CameraPath;
 use crate::check::FrameCheck;
 use crate::error::StudyError;
@@ -98,10 +97,14 @@ pub fn run(
         1
     } else {
         3 + u64::from(counts_work)
-    };
+    } + u64::from(options.method.is_told);
     progress.set_length(u64::from(options.frames) * replays);
 
     let mut frames = vec![Frame::default(); options.frames as usize];
+    if options.method.is_told {
+        progress.set_message("recording");
+        bench.record(progress)?;
+    }
     if !options.untimed {
         progress.set_message("timing");
         bench.replay_timed(&mut frames, progress)?;
@@ -238,21 +241,11 @@ impl Bench<'_> {
     ) -> Result<(Memory, Vec<Warning>), StudyError> {
         let mut method = self.method(false)?;
         let mut truth = self.options.check.then(|| TrueFrames::new(self));
-        let blended = (self.options.check)
-            .then(|| {
-                BlendedTruth::new(
-                    self.gpu,
-                    self.baked.scene(),
-                    &self.scene,
-                    self.options.depth,
-                )
-            })
-            .flatten();
         for (number, frame) in (0..).zip(frames) {
             // Before the method's own frame, as it is drawn into the same targets.
-            let true_image = truth
+            let true_frame = truth
                 .as_mut()
-                .map(|truth| truth.image(self, number))
+                .map(|truth| truth.frame(self, number))
                 .transpose()?;
             let mut encoder = self.gpu.encoder();
             self.encode(&mut *method, number, &mut encoder, None)?;
@@ -261,21 +254,12 @@ impl Bench<'_> {
             let image = copy.wait(&self.gpu.device);
 
             let sets = FrameSets::read(self.gpu, &*method);
-            let mut visible = true_image
-                .as_ref()
-                .map_or_else(|| image.visible(), Image::visible);
-            if let Some(blended) = &blended {
-                let camera = self.camera(number);
-                let shown = blended.shown(self.gpu, &self.scene, &camera, self.targets.targets());
-                let at = |source| StudyError::Camera {
-                    frame: number,
-                    source,
-                };
-                visible = visible.union(&shown.map_err(at)?);
-            }
-            sets.describe(self.baked.scene(), &visible, frame);
-            if let Some(true_image) = &true_image {
-                self.check(number, true_image, &image, &visible, &sets, frame)?;
+            match &true_frame {
+                Some(truth) => {
+                    sets.describe(self.baked.scene(), &truth.visible, frame);
+                    self.check(number, truth, &image, &sets, frame)?;
+                }
+                None => sets.describe(self.baked.scene(), &image.visible(), frame),
             }
             view(&FrameView {
                 frame: number,
@@ -297,9 +281,8 @@ impl Bench<'_> {
     fn check(
         &self,
         number: u32,
-        truth: &Image,
+        truth: &TrueFrame,
         image: &Image,
-        visible: &IdSet,
         sets: &FrameSets,
         frame: &mut Frame,
     ) -> Result<(), StudyError> {
@@ -322,8 +305,8 @@ impl Bench<'_> {
         let in_frustum = meeting.map(|(_, id)| id).collect::<IdSet>();
 
         let drawn = sets.drawn.all();
-        let check = FrameCheck::new(truth, image, visible, &drawn);
-        let hidden = in_frustum.minus(visible);
+        let check = FrameCheck::new(&truth.image, image, &truth.visible, &drawn);
+        let hidden = in_frustum.minus(&truth.visible);
         let culled = hidden.minus(&drawn);
         frame.visible = Some(check.visible);
         frame.in_frustum = Some(in_frustum.len());

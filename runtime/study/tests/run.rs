@@ -26,6 +26,7 @@ const FORGETFUL: Method = Method {
     }],
     knobs: &[],
     uses_tree: false,
+    is_told: false,
     counts_work: false,
     make: |parts| {
         let opaque = parts.device.create_buffer_init(&BufferInitDescriptor {

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use hroc_format::{ArchivedScene, BakedScene};
+use hroc_methods::Recorded;
 use hroc_runtime::moving::MovingObjects;
 use hroc_runtime::{
     CameraError, CullingMethod, DepthConvention, DeviceProfile, FrameContext, Grouping, Noc, Scene,
@@ -282,7 +283,8 @@ impl<'a> Stage<'a> {
         let mut drawer = ObjectDrawer::with_holes(device, &self.scene, &targets, depth, true);
         let mut truth = Noc::new(device, &self.scene, depth);
         let blended = BlendedTruth::new(self.gpu, self.baked.scene(), &self.scene, depth);
-        let make = |variant: &Variant<'_>| self.method(variant, depth);
+        let recorded = Recorded::default();
+        let make = |variant: &Variant<'_>| self.method(variant, depth, &recorded);
         let mut methods = (0..case.view_count())
             .map(|_| variants.iter().map(make).collect::<Vec<_>>())
             .collect::<Vec<_>>();
@@ -316,6 +318,7 @@ impl<'a> Stage<'a> {
                 let shown = blended.shown(self.gpu, &scene, &frame.camera, targets.targets());
                 visible = visible.union(&shown.map_err(|source| view.error(source))?);
             }
+            recorded.show(visible.words());
             for (method, result) in methods[frame.view].iter_mut().zip(&mut results) {
                 let (image, ms) = self.draw(&mut **method, &mut drawer, &view)?;
                 let drawn = Drawn::read(self.gpu, &**method).all();
@@ -334,7 +337,12 @@ impl<'a> Stage<'a> {
         moving.rewrite(&self.gpu.queue, scene);
     }
 
-    fn method(&self, variant: &Variant<'_>, depth: DepthConvention) -> Box<dyn CullingMethod> {
+    fn method(
+        &self,
+        variant: &Variant<'_>,
+        depth: DepthConvention,
+        recorded: &Recorded,
+    ) -> Box<dyn CullingMethod> {
         let scene = Scene {
             profile: variant.profile.clone(),
             ..self.scene.clone()
@@ -347,6 +355,7 @@ impl<'a> Stage<'a> {
             mode: variant.mode.name,
             grouping: variant.grouping,
             knobs: &Knobs::default(),
+            recorded,
             count_work: false,
         })
     }

@@ -1,14 +1,19 @@
 //! What all replays of a run share.
 
 use hroc_format::BakedScene;
+use hroc_methods::Recorded;
 use hroc_runtime::{Camera, CullingMethod, FrameContext, Scene, StageObserver, Tree};
 
+use indicatif::ProgressBar;
+
 use super::RunOptions;
+use super::true_frames::TrueFrames;
 use crate::camera_path::Cameras;
 use crate::drawer::ObjectDrawer;
 use crate::error::StudyError;
 use crate::gpu::{Gpu, GpuError};
 use crate::gpu_clock::GpuClock;
+use crate::id_set::IdSet;
 use crate::registry::{Parts, feature_names};
 use crate::targets::FrameTargets;
 
@@ -22,6 +27,9 @@ pub(super) struct Bench<'a> {
     pub(super) targets: FrameTargets,
     pub(super) drawer: ObjectDrawer,
     pub(super) gpu_clock: Option<GpuClock>,
+    /// For a method that is told what shows: the sets of all frames, and the one it reads.
+    recording: Vec<IdSet>,
+    recorded: Recorded,
 }
 
 impl<'a> Bench<'a> {
@@ -55,6 +63,8 @@ impl<'a> Bench<'a> {
             targets,
             drawer,
             gpu_clock,
+            recording: Vec::new(),
+            recorded: Recorded::default(),
         })
     }
 
@@ -68,10 +78,22 @@ impl<'a> Bench<'a> {
             mode: self.options.mode.name,
             grouping: self.options.grouping,
             knobs: &self.options.knobs,
+            recorded: &self.recorded,
             count_work,
         });
         self.gpu.check()?;
         Ok(method)
+    }
+
+    /// Finds out what shows in each frame of the path.
+    pub(super) fn record(&mut self, progress: &ProgressBar) -> Result<(), StudyError> {
+        let mut truth = TrueFrames::new(self);
+        let recording = (0..self.options.frames).map(|frame| {
+            progress.inc(1);
+            Ok(truth.frame(self, frame)?.visible)
+        });
+        self.recording = recording.collect::<Result<_, StudyError>>()?;
+        Ok(())
     }
 
     /// Where frame `frame` is seen from.
@@ -90,6 +112,9 @@ impl<'a> Bench<'a> {
         let at = |source| StudyError::Camera { frame, source };
         let camera = self.camera(frame);
         let Self { gpu, options, .. } = self;
+        if let Some(visible) = self.recording.get(frame as usize) {
+            self.recorded.show(visible.words());
+        }
         self.drawer
             .set_camera(
                 &gpu.queue,

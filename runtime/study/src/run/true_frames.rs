@@ -3,15 +3,25 @@
 use hroc_runtime::{FrameUniform, Noc};
 
 use super::bench::Bench;
+use crate::blended_truth::BlendedTruth;
 use crate::drawer::ObjectDrawer;
 use crate::error::StudyError;
+use crate::id_set::IdSet;
 use crate::image::{Image, ImageCopy};
 use crate::results::Warning;
 use crate::truth::{TruthCache, TruthKey};
 
+/// A frame as it is without culling.
+pub(super) struct TrueFrame {
+    pub(super) image: Image,
+    /// The objects that show, blended ones included.
+    pub(super) visible: IdSet,
+}
+
 /// Makes or finds the truth of each frame.
 pub(super) struct TrueFrames<'a> {
     noc: Noc,
+    blended: Option<BlendedTruth>,
     cache: Option<&'a TruthCache>,
     key: TruthKey,
     stored: bool,
@@ -36,21 +46,39 @@ impl<'a> TrueFrames<'a> {
             ],
         );
         let noc = Noc::new(&gpu.device, &bench.scene, options.depth);
+        let blended = BlendedTruth::new(gpu, bench.baked.scene(), &bench.scene, options.depth);
         Self {
             noc,
-            cache: options.truth_cache.as_ref(),
+            // What blended objects are held against is the frame in the targets, which a stored image is not.
+            cache: options.truth_cache.as_ref().filter(|_| blended.is_none()),
+            blended,
             key,
             stored: false,
             warning: None,
         }
     }
 
-    /// The true image of frame `number`; it may be drawn into the targets.
-    pub(super) fn image(
+    /// The truth of frame `number`; it may be drawn into the targets.
+    pub(super) fn frame(
         &mut self,
         bench: &mut Bench<'_>,
         number: u32,
-    ) -> Result<Image, StudyError> {
+    ) -> Result<TrueFrame, StudyError> {
+        let image = self.image(bench, number)?;
+        let mut visible = image.visible();
+        if let Some(blended) = &self.blended {
+            let (camera, targets) = (bench.camera(number), bench.targets.targets());
+            let at = |source| StudyError::Camera {
+                frame: number,
+                source,
+            };
+            let shown = blended.shown(bench.gpu, &bench.scene, &camera, targets);
+            visible = visible.union(&shown.map_err(at)?);
+        }
+        Ok(TrueFrame { image, visible })
+    }
+
+    fn image(&mut self, bench: &mut Bench<'_>, number: u32) -> Result<Image, StudyError> {
         let (gpu, options) = (bench.gpu, bench.options);
         let camera = bench.camera(number);
         let uniform = FrameUniform::new(&camera, options.depth, options.size, &bench.scene.shape)

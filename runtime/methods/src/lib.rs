@@ -1,0 +1,12 @@
+//! The culling methods that HROC is compared with, each in a file of its own, on the public interface of
+//! hroc-runtime alone. Their shaders are the files of the same names in hroc-shaders.
+//!
+//! All share what does not tell them apart: bounds are padded as HROC's are, lists are drawn in the order of
+//! object ids, what touches the near plane is drawn untested, blended objects are drawn last from a list of
+//! their own. Each says how it departs from what was published.
+#![warn(missing_docs)]
+
+mod drawn_once;
+mod reference;
+
+pub use reference::{Recorded, Reference};
