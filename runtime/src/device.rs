@@ -124,7 +124,7 @@ impl DeviceProfile {
     /// Measures what rasterizing one more box costs, in ray-box tests: for
     /// [`Grouping::Adaptive`](crate::Grouping::Adaptive). Takes tens of milliseconds; submits and waits.
     pub fn measure_box_cost(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> f32 {
-        box_cost::box_cost(device, queue, &self.pipelines, self.early_z)
+        box_cost::box_cost(device, queue, self)
     }
 
     /// The features that its paths need.

@@ -1,13 +1,12 @@
 //! `extract_groups`: from the effective occluders to the occludee groups.
 
+use crate::box_pass::BOX_VERTICES;
 use crate::camera::DepthConvention;
 use crate::gpu::{self, Access};
+use crate::kernel::Kernel;
 use crate::mutant::Mutant;
 use crate::pipelines::Pipelines;
 use crate::scene::{SceneShape, Tree};
-
-/// Vertices of a group's box: one strip.
-pub(crate) const BOX_VERTICES: u32 = 14;
 
 /// How coarse the groups are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -56,15 +55,12 @@ pub(crate) struct ExtractBuffers<'a> {
     pub object_bounds: &'a wgpu::Buffer,
 }
 
-/// A pipeline and its bindings.
-type Dispatch = (wgpu::ComputePipeline, wgpu::BindGroup);
-
 /// Pipelines and bindings of one view.
 #[derive(Debug)]
 pub(crate) struct ExtractGroups {
-    choose_threshold: Dispatch,
-    climb: Dispatch,
-    collect: Dispatch,
+    choose_threshold: Kernel,
+    climb: Kernel,
+    collect: Kernel,
     visible_nodes: wgpu::Buffer,
     potentially_visible: wgpu::Buffer,
     group_draw: wgpu::Buffer,
@@ -104,29 +100,26 @@ impl ExtractGroups {
             ("BOX_COST", grouping.box_cost()),
         ];
         // Each entry point binds what it uses: together they are more than a stage may have.
-        let dispatch = |entry: &'static str, used: &[u32]| {
-            let compile = |layout| {
-                let module = gpu::shader(device, "extract_groups");
-                gpu::compute(device, &module, entry, &[layout], &constants)
+        let kernel = |entry: &'static str, used: &[u32]| {
+            let at = |&binding: &u32| {
+                let (access, buffer) = all[binding as usize];
+                (binding, access, buffer)
             };
-            let at = |&binding: &u32| (binding, all[binding as usize]);
             let bindings = used.iter().map(at).collect::<Vec<_>>();
-            let access = bindings.iter().map(|&(i, (access, _))| (i, access));
-            let access = access.collect::<Vec<_>>();
-            let stage = wgpu::ShaderStages::COMPUTE;
-            let layout = gpu::sparse_buffer_layout(device, entry, stage, &access);
-            let buffers = bindings.iter().map(|&(i, (_, buffer))| (i, buffer));
-            let buffers = buffers.collect::<Vec<_>>();
-            (
-                pipelines.get(&format!("{entry} {constants:?}"), || compile(&layout)),
-                gpu::sparse_buffer_group(device, entry, &layout, &buffers),
+            Kernel::new(
+                device,
+                pipelines,
+                "extract_groups",
+                entry,
+                &constants,
+                &bindings,
             )
         };
         let no_groups = gpu::storage_with(device, "no groups", &[BOX_VERTICES, 0, 0, 0]);
         Self {
-            choose_threshold: dispatch("choose_threshold", &[10]),
-            climb: dispatch("climb", &[0, 2, 3, 5, 6]),
-            collect: dispatch("collect", &[0, 1, 2, 4, 6, 7, 8, 9, 10, 11]),
+            choose_threshold: kernel("choose_threshold", &[10]),
+            climb: kernel("climb", &[0, 2, 3, 5, 6]),
+            collect: kernel("collect", &[0, 1, 2, 4, 6, 7, 8, 9, 10, 11]),
             visible_nodes: b.visible_nodes.clone(),
             potentially_visible: b.potentially_visible.clone(),
             group_draw: b.group_draw.clone(),
@@ -141,12 +134,9 @@ impl ExtractGroups {
         encoder.copy_buffer_to_buffer(&self.no_groups, 0, &self.group_draw, 0, 16);
         let shape = &self.shape;
         let mut pass = gpu::compute_pass(encoder, "extract_groups");
-        let mut dispatch = |(pipeline, group): &Dispatch, grid| {
-            gpu::dispatch(&mut pass, pipeline, group, grid);
-        };
-        dispatch(&self.choose_threshold, [1, 1]);
-        dispatch(&self.climb, gpu::grid(shape.static_count, 64));
+        self.choose_threshold.dispatch(&mut pass, [1, 1]);
+        (self.climb).dispatch(&mut pass, gpu::grid(shape.static_count, 64));
         let nodes = shape.node_count() + shape.moving_capacity();
-        dispatch(&self.collect, gpu::grid(nodes, 64));
+        (self.collect).dispatch(&mut pass, gpu::grid(nodes, 64));
     }
 }

@@ -226,10 +226,8 @@ impl Hroc {
         };
         let test_options = TestOptions {
             depth: options.depth,
-            early_z: scene.profile.early_z,
             prune: options.prune,
             count_work: options.count_work,
-            mutant,
         };
         let marks = (!options.mode.filters_occluders()).then(|| MarkBuffers::new(device, &visible));
         let counters = (options.mode.limits() != Limits::Capacity).then(|| Counters::new(device));
@@ -244,7 +242,7 @@ impl Hroc {
                 shape,
                 &extract_buffers,
             ),
-            test: BatchOcclusionTest::new(device, pipelines, test_options, &test_buffers),
+            test: BatchOcclusionTest::new(device, &scene.profile, test_options, &test_buffers),
             occludee_list: list(&potentially_visible, &scene.opaque),
             blended_list: list(&potentially_visible, &scene.blended),
             occluder_list,

@@ -9,6 +9,7 @@
 #![warn(missing_docs)]
 
 mod batch_occlusion_test;
+mod box_pass;
 pub mod camera;
 mod counters;
 pub mod device;
@@ -18,6 +19,7 @@ mod filter_occluders;
 pub mod frame_uniform;
 pub mod gpu;
 mod hroc;
+mod kernel;
 mod mark;
 mod method;
 pub mod moving;
@@ -30,6 +32,7 @@ mod scene;
 mod stage;
 pub mod twin;
 
+pub use box_pass::{BOX_VERTICES, BoxPass, BoxShader};
 pub use camera::{Camera, CameraError, DepthConvention, Projection};
 pub use device::{DeviceProfile, EarlyZ};
 pub use draw::{Draw, DrawList, DrawRange, Drawer, Marks, Submission, Targets};
@@ -37,6 +40,7 @@ pub use extract_groups::Grouping;
 pub use filter_occluders::FilterOccluders;
 pub use frame_uniform::FrameUniform;
 pub use hroc::{Hroc, HrocMode, HrocOptions, SMALLEST_LATE_MARGIN};
+pub use kernel::Kernel;
 pub use method::{CullingMethod, FrameContext, HostSync, Sets};
 #[doc(hidden)]
 pub use mutant::Mutant;

@@ -19,6 +19,8 @@ modules! {
     "common/types",
     "common/frame",
     "common/bounds",
+    "common/raster_box",
+    "common/object_bounds",
     "common/grouping",
     "object",
     "pack",
@@ -27,6 +29,12 @@ modules! {
     "batch_occlusion_test",
     "batch_occlusion_test_early",
     "mark",
+    "minus",
+    "vfc",
+    "vfc_bvh",
+    "roc",
+    "roc_test",
+    "roc_test_early",
 }
 
 const IMPORT: &str = "//!import ";

@@ -7,6 +7,12 @@
 #![warn(missing_docs)]
 
 mod drawn_once;
+mod drawn_twice;
 mod reference;
+mod roc;
+mod vfc;
+mod view;
 
 pub use reference::{Recorded, Reference};
+pub use roc::RasterOcclusionCulling;
+pub use vfc::ViewFrustumCulling;

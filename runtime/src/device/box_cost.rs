@@ -9,15 +9,14 @@ use std::time::{Duration, Instant};
 use glam::{DQuat, DVec3};
 use hroc_format::{ArchivedBvhNode, NO_OBJECT};
 
-use super::EarlyZ;
+use super::DeviceProfile;
 use crate::batch_occlusion_test::{BatchOcclusionTest, TestBuffers, TestOptions};
+use crate::box_pass::BOX_VERTICES;
 use crate::camera::{Camera, DepthConvention, Projection};
 use crate::draw::Targets;
-use crate::extract_groups::BOX_VERTICES;
 use crate::frame_uniform::FrameUniform;
 use crate::gpu;
 use crate::mutant::Mutant;
-use crate::pipelines::Pipelines;
 use crate::scene::{SceneShape, Tree, bytes_of};
 
 /// Boxes; a row of so many leaves, each a pixel or so in the image.
@@ -30,12 +29,11 @@ const REPEATS: usize = 5;
 const SANE: [f32; 2] = [4.0, 16384.0];
 
 /// Cost of a box in ray-box tests. Takes tens of milliseconds; submits and waits.
-pub(super) fn box_cost(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    pipelines: &Pipelines,
-    early_z: EarlyZ,
-) -> f32 {
+pub(super) fn box_cost(device: &wgpu::Device, queue: &wgpu::Queue, profile: &DeviceProfile) -> f32 {
+    let profile = &DeviceProfile {
+        mutant: Mutant::None,
+        ..profile.clone()
+    };
     // Orthographic, a unit square from 1 before to 1 behind the origin.
     let camera = Camera {
         position: DVec3::new(0.0, 0.0, 1.0),
@@ -45,9 +43,9 @@ pub(super) fn box_cost(
         far: Some(3.0),
         jitter_px: [0.0; 2],
     };
-    let many = Frame::new(device, queue, pipelines, early_z, &camera, BOXES, true);
-    let one = Frame::new(device, queue, pipelines, early_z, &camera, TESTED, false);
-    let empty = Frame::new(device, queue, pipelines, early_z, &camera, 1, true);
+    let many = Frame::new(device, queue, profile, &camera, BOXES, true);
+    let one = Frame::new(device, queue, profile, &camera, TESTED, false);
+    let empty = Frame::new(device, queue, profile, &camera, 1, true);
     // Interleaved, the fastest of each: the rest is disturbance.
     let mut best = [Duration::MAX; 3];
     for _ in 0..REPEATS {
@@ -79,8 +77,7 @@ impl Frame {
     fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        pipelines: &Pipelines,
-        early_z: EarlyZ,
+        profile: &DeviceProfile,
         camera: &Camera,
         leaves: u32,
         hidden: bool,
@@ -156,10 +153,8 @@ impl Frame {
         };
         let options = TestOptions {
             depth: convention,
-            early_z,
             prune: false,
             count_work: false,
-            mutant: Mutant::None,
         };
         let texture = |format| {
             let usage =
@@ -200,7 +195,7 @@ impl Frame {
         }));
         queue.submit([encoder.finish()]);
         Self {
-            test: BatchOcclusionTest::new(device, pipelines, options, &buffers),
+            test: BatchOcclusionTest::new(device, profile, options, &buffers),
             depth,
             item,
             group_draw: gpu::buffer_with(

@@ -1,6 +1,6 @@
 //! Every culling method that the study can run. A new method is one entry of [`METHODS`].
 
-use hroc_methods::{Recorded, Reference};
+use hroc_methods::{RasterOcclusionCulling, Recorded, Reference, ViewFrustumCulling};
 use hroc_runtime::{
     CullingMethod, DepthConvention, Grouping, HostSync, Hroc, HrocMode, HrocOptions, Noc, Scene,
     Tree, device,
@@ -173,6 +173,45 @@ pub const METHODS: &[Method] = &[
         make: |parts| Box::new(Noc::new(parts.device, parts.scene, parts.depth)),
     },
     Method {
+        name: "vfc",
+        source: "view frustum culling, object by object",
+        features: device::REQUIRED,
+        modes: &[PLAIN],
+        knobs: &[],
+        uses_tree: false,
+        is_told: false,
+        counts_work: false,
+        make: |parts| {
+            let Parts {
+                device,
+                scene,
+                depth,
+                ..
+            } = *parts;
+            Box::new(ViewFrustumCulling::flat(device, scene, depth))
+        },
+    },
+    Method {
+        name: "vfc-bvh",
+        source: "view frustum culling down the hierarchy (Clark 1976)",
+        features: device::REQUIRED,
+        modes: &[PLAIN],
+        knobs: &[],
+        uses_tree: true,
+        is_told: false,
+        counts_work: false,
+        make: |parts| {
+            let Parts {
+                device,
+                scene,
+                depth,
+                ..
+            } = *parts;
+            let tree = parts.tree.expect("uses_tree is set");
+            Box::new(ViewFrustumCulling::hierarchical(device, scene, tree, depth))
+        },
+    },
+    Method {
         name: "ref",
         source: "the ideal: what is known to show is drawn, and nothing else (recorded with no culling beforehand)",
         features: device::REQUIRED,
@@ -189,6 +228,25 @@ pub const METHODS: &[Method] = &[
                 parts.depth,
                 recorded,
             ))
+        },
+    },
+    Method {
+        name: "roc",
+        source: "raster occlusion culling (Kubisch, Tavenrath, GTC 2014; Boudier, Kubisch, GTC 2015)",
+        features: device::REQUIRED,
+        modes: &[PLAIN],
+        knobs: &[],
+        uses_tree: false,
+        is_told: false,
+        counts_work: false,
+        make: |parts| {
+            let Parts {
+                device,
+                scene,
+                depth,
+                ..
+            } = *parts;
+            Box::new(RasterOcclusionCulling::new(device, scene, depth))
         },
     },
     Method {

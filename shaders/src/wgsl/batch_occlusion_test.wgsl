@@ -1,5 +1,5 @@
 //!import common/types
-//!import common/bounds
+//!import common/raster_box
 //!import common/grouping
 // batch_occlusion_test: rasterize the groups' bounds; each fragment that the occlusion map does not
 // hide casts a ray into its group and flags every object whose padded bounds the ray meets in front of
@@ -33,13 +33,6 @@ struct WorkCounters {
 @group(0) @binding(9) var<storage, read> object_bounds: array<Bounds>;
 @group(1) @binding(0) var occlusion_map: texture_depth_2d;
 
-struct BoxVertex {
-    @builtin(position) position: vec4f,
-    @location(0) @interpolate(flat, either) group: u32,
-    // No ray enters the box at a smaller parameter (view depth).
-    @location(1) @interpolate(flat, either) nearest: f32,
-}
-
 // The padded bounds of a group: a node, or an object that moves.
 fn group_box(group: u32) -> Box {
     if (group < frame.node_count) {
@@ -49,25 +42,10 @@ fn group_box(group: u32) -> Box {
     return padded(vec3f(bounds.min[0], bounds.min[1], bounds.min[2]), vec3f(bounds.max[0], bounds.max[1], bounds.max[2]));
 }
 
-// The box as one strip of 14 vertices; each mask holds one coordinate of the corners. Front faces wind
-// counter-clockwise in y-up clip space.
 @vertex
 fn box_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> BoxVertex {
     let group = groups[instance];
-    let box = group_box(group);
-    let outer = rasterized(box);
-    let bit = 1u << vertex;
-    let corner = select(outer.min, outer.max, vec3<bool>((0x287au & bit) != 0u, (0x02afu & bit) != 0u, (0x31e3u & bit) != 0u));
-    let clip = frame.clip_from_world * vec4f(corner, 1.0);
-    // Rounding of the distance is far below the padding.
-    let nearest = max(nearest_along(frame.forward, box) - frame.padding_world, frame.near);
-    // No group touches the near plane, so w > 0, and the division is made here: with w = 1 all vertices have
-    // the same depth in every bit, and nothing is left to interpolate. The margin is for what
-    // `may_show` adds for the map's depth and for a rasterizer that clips or weighs equal depths with rounding.
-    let margin = 2.0 * frame.depth_tolerance_relative;
-    let depth = earliest_depth(nearest, 1.0);
-    let early = select(depth * (1.0 - margin) - frame.depth_tolerance, depth * (1.0 + margin) + frame.depth_tolerance, REVERSED_DEPTH);
-    return BoxVertex(vec4f(clip.xy / clip.w, clamp(early, 0.0, 1.0), 1.0), group, nearest);
+    return raster_box(group_box(group), vertex, group);
 }
 
 // Flags an object. What was drawn into the map need not be drawn again; and look before writing.
@@ -109,9 +87,9 @@ fn test_fragment(fragment: BoxVertex) {
     // Most fragments are far behind the map: they need no ray.
     if (may_show(fragment.nearest, depth)) {
         let ray = pixel_ray(fragment.position.xy);
-        if (fragment.group < frame.node_count) {
-            let end = nodes[fragment.group].skip;
-            var n = fragment.group;
+        if (fragment.subject < frame.node_count) {
+            let end = nodes[fragment.subject].skip;
+            var n = fragment.subject;
             while (n < end) {
                 let node = nodes[n];
                 if (PRUNE && is_flagged(n)) {
@@ -136,10 +114,10 @@ fn test_fragment(fragment: BoxVertex) {
             }
         } else {
             tests = 1u;
-            let t = entry(ray, group_box(fragment.group), frame.near);
+            let t = entry(ray, group_box(fragment.subject), frame.near);
             survived = t >= 0.0 && may_show(t, depth);
             if (survived) {
-                flag(frame.static_count + fragment.group - frame.node_count);
+                flag(frame.static_count + fragment.subject - frame.node_count);
             }
         }
     }
@@ -147,7 +125,7 @@ fn test_fragment(fragment: BoxVertex) {
     // bounds in front of the map. Pruning depends on which ray came first, so it is not asked.
     if (all((vec2u(fragment.position.xy) & vec2u(15u)) == vec2u(5u))) {
         atomicAdd(&grouping.fragments, 1u);
-        let t = entry(pixel_ray(fragment.position.xy), group_box(fragment.group), frame.near);
+        let t = entry(pixel_ray(fragment.position.xy), group_box(fragment.subject), frame.near);
         if (t >= 0.0 && may_show(t, depth)) {
             atomicAdd(&grouping.survivors, 1u);
         }

@@ -1,5 +1,5 @@
 //!import common/types
-//!import common/bounds
+//!import common/raster_box
 //!import common/grouping
 // extract_groups: from the effective occluders to the occludee groups (paper, section 3.2), in the
 // order-free form. First every ancestor of an effective occluder becomes visible; then
@@ -81,16 +81,6 @@ fn climb(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grid
 
 fn is_visible(n: u32) -> bool {
     return (atomicLoad(&visible_nodes[n >> 5u]) & (1u << (n & 31u))) != 0u;
-}
-
-// Pixels that the rasterized box of a padded one covers; negative where no rasterized box can stand for it.
-fn rasterized_area(box: Box) -> f32 {
-    let outer = rasterized(box);
-    if (touches_near(outer)) {
-        return -1.0;
-    }
-    let footprint = footprint(outer);
-    return select(footprint.area_px, -1.0, footprint.farthest_ndc > LARGEST_NDC);
 }
 
 // An interior node that is replaced by its children.

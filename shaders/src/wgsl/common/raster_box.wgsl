@@ -1,0 +1,39 @@
+//!import common/bounds
+// The padded bounds of something as a box to rasterize, for stages that ask which of its pixels the occlusion
+// map does not hide. Only boxes that `rasterized_area` has an area for may come here.
+
+struct BoxVertex {
+    @builtin(position) position: vec4f,
+    // What the box stands for.
+    @location(0) @interpolate(flat, either) subject: u32,
+    // No ray enters the box at a smaller parameter (view depth).
+    @location(1) @interpolate(flat, either) nearest: f32,
+}
+
+// Pixels that the rasterized box of a padded one covers; negative where no rasterized box can stand for it.
+fn rasterized_area(box: Box) -> f32 {
+    let outer = rasterized(box);
+    if (touches_near(outer)) {
+        return -1.0;
+    }
+    let footprint = footprint(outer);
+    return select(footprint.area_px, -1.0, footprint.farthest_ndc > LARGEST_NDC);
+}
+
+// The padded box as one strip of 14 vertices; each mask holds one coordinate of the corners. Front faces wind
+// counter-clockwise in y-up clip space.
+fn raster_box(box: Box, vertex: u32, subject: u32) -> BoxVertex {
+    let outer = rasterized(box);
+    let bit = 1u << vertex;
+    let corner = select(outer.min, outer.max, vec3<bool>((0x287au & bit) != 0u, (0x02afu & bit) != 0u, (0x31e3u & bit) != 0u));
+    let clip = frame.clip_from_world * vec4f(corner, 1.0);
+    // Rounding of the distance is far below the padding.
+    let nearest = max(nearest_along(frame.forward, box) - frame.padding_world, frame.near);
+    // No box touches the near plane, so w > 0, and the division is made here: with w = 1 all vertices have
+    // the same depth in every bit, and nothing is left to interpolate. The margin is for what
+    // `may_show` adds for the map's depth and for a rasterizer that clips or weighs equal depths with rounding.
+    let margin = 2.0 * frame.depth_tolerance_relative;
+    let depth = earliest_depth(nearest, 1.0);
+    let early = select(depth * (1.0 - margin) - frame.depth_tolerance, depth * (1.0 + margin) + frame.depth_tolerance, REVERSED_DEPTH);
+    return BoxVertex(vec4f(clip.xy / clip.w, clamp(early, 0.0, 1.0), 1.0), subject, nearest);
+}

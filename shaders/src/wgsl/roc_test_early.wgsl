@@ -1,0 +1,7 @@
+//!import roc_test
+// raster_test where the device can be told to test depth before the shader runs.
+
+@fragment @early_depth_test(force)
+fn raster_test_early(fragment: BoxVertex) {
+    test_fragment(fragment);
+}
