@@ -35,6 +35,13 @@ modules! {
     "roc",
     "roc_test",
     "roc_test_early",
+    "ioc",
+    "ioc_test",
+    "ioc_test_early",
+    "depth_pyramid",
+    "hiz",
+    "hiz_test",
+    "woc",
 }
 
 const IMPORT: &str = "//!import ";

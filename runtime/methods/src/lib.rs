@@ -6,13 +6,22 @@
 //! their own. Each says how it departs from what was published.
 #![warn(missing_docs)]
 
+mod depth_pyramid;
 mod drawn_once;
 mod drawn_twice;
+mod hiz;
+mod hiz_two_pass;
+mod ioc;
 mod reference;
 mod roc;
 mod vfc;
 mod view;
+mod woc;
 
+pub use hiz::{HierarchicalZ, Projected};
+pub use hiz_two_pass::TwoPassHierarchicalZ;
+pub use ioc::{DepthRange, IocMode, IterativeOcclusionCulling};
 pub use reference::{Recorded, Reference};
 pub use roc::RasterOcclusionCulling;
 pub use vfc::ViewFrustumCulling;
+pub use woc::{WarpedOcclusionCulling, WocMode, WocOptions};

@@ -1,6 +1,10 @@
 //! Every culling method that the study can run. A new method is one entry of [`METHODS`].
 
-use hroc_methods::{RasterOcclusionCulling, Recorded, Reference, ViewFrustumCulling};
+use hroc_methods::{
+    DepthRange, HierarchicalZ, IocMode, IterativeOcclusionCulling, Projected,
+    RasterOcclusionCulling, Recorded, Reference, TwoPassHierarchicalZ, ViewFrustumCulling,
+    WarpedOcclusionCulling, WocMode, WocOptions,
+};
 use hroc_runtime::{
     CullingMethod, DepthConvention, Grouping, HostSync, Hroc, HrocMode, HrocOptions, Noc, Scene,
     Tree, device,
@@ -129,6 +133,41 @@ const BOX_COST: Knob = Knob {
     sweep: &[],
 };
 
+const FIRST_DEPTH: Knob = Knob {
+    name: "first-depth",
+    help: "depth of the BVH that the test begins at; 5 less than log2 of the number of objects if not given",
+    default: f64::NAN,
+    sweep: &[2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0],
+};
+
+const DEPTHS: Knob = Knob {
+    name: "depths",
+    help: "how many depths of the BVH are tested",
+    default: 3.0,
+    sweep: &[1.0, 2.0, 3.0, 4.0, 6.0, 8.0],
+};
+
+const SIDE: Knob = Knob {
+    name: "side",
+    help: "side of the square occluder depth buffer, pixels",
+    default: HierarchicalZ::SIDE_PX as f64,
+    sweep: &[64.0, 128.0, 256.0, 512.0, 1024.0, 2048.0],
+};
+
+const SEEDS: Knob = Knob {
+    name: "seeds",
+    help: "starts of the fixed-point iteration per pixel (the paper's N)",
+    default: 8.0,
+    sweep: &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0],
+};
+
+const STEPS: Knob = Knob {
+    name: "steps",
+    help: "steps of the fixed-point iteration from each start at most",
+    default: 3.0,
+    sweep: &[1.0, 2.0, 3.0, 5.0, 8.0],
+};
+
 const LATE_MARGIN: Knob = Knob {
     name: "late-margin",
     help: "modes cr-late and cr-late-exact: draws beyond the last count that are allowed, as a share of it",
@@ -247,6 +286,140 @@ pub const METHODS: &[Method] = &[
                 ..
             } = *parts;
             Box::new(RasterOcclusionCulling::new(device, scene, depth))
+        },
+    },
+    Method {
+        name: "ioc",
+        source: "iterative raster occlusion culling down a range of BVH depths (Lee, Lee 2020)",
+        features: device::REQUIRED,
+        modes: &[
+            Mode {
+                name: "indirect",
+                ..PLAIN
+            },
+            Mode {
+                name: "read-back",
+                host_sync: HostSync::MidFrame,
+                ..PLAIN
+            },
+        ],
+        knobs: &[FIRST_DEPTH, DEPTHS],
+        uses_tree: true,
+        is_told: false,
+        counts_work: false,
+        make: |parts| {
+            let Parts {
+                device,
+                scene,
+                depth,
+                ..
+            } = *parts;
+            let tree = parts.tree.expect("uses_tree is set");
+            let mode = match parts.mode {
+                "read-back" => IocMode::ReadBack,
+                _ => IocMode::Indirect,
+            };
+            let mut range = DepthRange::of(scene.shape.static_count);
+            let first = parts.knobs.get(&FIRST_DEPTH);
+            if first.is_finite() {
+                range.first = first as u32;
+            }
+            range.count = parts.knobs.get(&DEPTHS).clamp(1.0, 64.0) as u32;
+            Box::new(IterativeOcclusionCulling::new(
+                device, scene, tree, depth, mode, range,
+            ))
+        },
+    },
+    Method {
+        name: "hiz",
+        source: "hierarchical Z with a small occluder depth (Greene, Kass, Miller 1993; Arm's Mali SDK sample)",
+        features: device::REQUIRED,
+        modes: &[
+            Mode {
+                name: "box",
+                exactness: Exactness::Approximate,
+                ..PLAIN
+            },
+            Mode {
+                name: "sphere",
+                exactness: Exactness::Approximate,
+                ..PLAIN
+            },
+        ],
+        knobs: &[SIDE],
+        uses_tree: false,
+        is_told: false,
+        counts_work: false,
+        make: |parts| {
+            let Parts {
+                device,
+                scene,
+                depth,
+                ..
+            } = *parts;
+            let projected = match parts.mode {
+                "sphere" => Projected::Sphere,
+                _ => Projected::Box,
+            };
+            let side_px = parts.knobs.get(&SIDE) as u32;
+            Box::new(HierarchicalZ::new(device, scene, depth, side_px, projected))
+        },
+    },
+    Method {
+        name: "hiz-two-pass",
+        source: "two-pass hierarchical Z at full resolution (Haar, Aaltonen, SIGGRAPH 2015)",
+        features: device::REQUIRED,
+        modes: &[PLAIN],
+        knobs: &[],
+        uses_tree: false,
+        is_told: false,
+        counts_work: false,
+        make: |parts| {
+            let Parts {
+                device,
+                scene,
+                depth,
+                ..
+            } = *parts;
+            Box::new(TwoPassHierarchicalZ::new(device, scene, depth))
+        },
+    },
+    Method {
+        name: "woc",
+        source: "warping-based occlusion culling, single layer (Lee, Kim, Eisemann, ACM TOG 37(5), 2018)",
+        features: device::REQUIRED,
+        modes: &[
+            Mode {
+                name: "nearest",
+                exactness: Exactness::Approximate,
+                ..PLAIN
+            },
+            Mode {
+                name: "neighborhood",
+                exactness: Exactness::Approximate,
+                ..PLAIN
+            },
+        ],
+        knobs: &[SEEDS, STEPS],
+        uses_tree: false,
+        is_told: false,
+        counts_work: false,
+        make: |parts| {
+            let Parts {
+                device,
+                scene,
+                depth,
+                ..
+            } = *parts;
+            let options = WocOptions {
+                mode: match parts.mode {
+                    "neighborhood" => WocMode::Neighborhood,
+                    _ => WocMode::Nearest,
+                },
+                seeds: parts.knobs.get(&SEEDS) as u32,
+                steps: parts.knobs.get(&STEPS) as u32,
+            };
+            Box::new(WarpedOcclusionCulling::new(device, scene, depth, options))
         },
     },
     Method {
@@ -419,7 +592,7 @@ pub fn table() -> String {
                 method.name.to_owned(),
                 knob.name.to_owned(),
                 if knob.default.is_nan() {
-                    "measured".to_owned()
+                    "see there".to_owned()
                 } else {
                     knob.default.to_string()
                 },

@@ -59,8 +59,6 @@ fn direction(v: vec3f) -> vec3f {
 
 // Masked objects have holes, whatever their alpha (for tests: textures are not baked).
 override HOLES: bool = false;
-// hroc_format::object_flags.
-const MASKED: u32 = 1u;
 
 fn hole(world: vec3f) -> bool {
     return fract(2.0 * dot(world, vec3f(1.0, 0.9, 0.8))) < 0.5;
@@ -69,7 +67,7 @@ fn hole(world: vec3f) -> bool {
 fn shade(surface: Surface) -> Pixel {
     // The derivatives first: they need all four fragments of a quad.
     let facet = direction(cross(dpdx(surface.world), dpdy(surface.world)));
-    if (HOLES && (objects[surface.object].flags & MASKED) != 0u && hole(surface.world)) {
+    if (HOLES && (objects[surface.object].flags & OBJECT_MASKED) != 0u && hole(surface.world)) {
         discard;
     }
     if (!hroc_keeps(object_bounds[surface.object], surface.position)) {

@@ -4,6 +4,9 @@
 // NO_OBJECT: the object of an interior node, and the background of the item buffer.
 const NO_OBJECT: u32 = 0xffffffffu;
 
+// hroc_format::object_flags::MASKED: an alpha test cuts holes into the object.
+const OBJECT_MASKED: u32 = 1u;
+
 // hroc_format::Object. Rows of the 3x4 matrix that takes object space to world.
 struct Object {
     world_from_object_x: vec4f,
