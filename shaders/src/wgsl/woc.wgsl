@@ -201,7 +201,7 @@ fn warp_back(@builtin(global_invocation_id) id: vec3u) {
                 if (landing.depth < 0.0) {
                     break;
                 }
-                let miss = round(p) + landing.motion - q;
+                let miss = p + landing.motion - q;
                 if (all(abs(miss) < vec2f(0.5))) {
                     let depth = depth_at(p);
                     if (depth >= 0.0 && (!found || (depth > nearest) == REVERSED_DEPTH)) {
