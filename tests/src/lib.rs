@@ -2,6 +2,7 @@
 
 pub mod attack;
 pub mod compute;
+pub mod depth_map;
 pub mod group_oracle;
 pub mod host;
 pub mod messages;

@@ -49,6 +49,11 @@ fn group_box(group: u32) -> Box {
     return padded(vec3f(bounds.min[0], bounds.min[1], bounds.min[2]), vec3f(bounds.max[0], bounds.max[1], bounds.max[2]));
 }
 
+// No ray enters the box at a smaller parameter. Rounding of the distance is far below the padding.
+fn nearest_entry(box: Box) -> f32 {
+    return max(nearest_along(frame.forward, box) - frame.padding_world, frame.near);
+}
+
 // The box as one strip of 14 vertices; each mask holds one coordinate of the corners. Front faces wind
 // counter-clockwise in y-up clip space.
 @vertex
@@ -59,8 +64,7 @@ fn box_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) insta
     let bit = 1u << vertex;
     let corner = select(outer.min, outer.max, vec3<bool>((0x287au & bit) != 0u, (0x02afu & bit) != 0u, (0x31e3u & bit) != 0u));
     let clip = frame.clip_from_world * vec4f(corner, 1.0);
-    // Rounding of the distance is far below the padding.
-    let nearest = max(nearest_along(frame.forward, box) - frame.padding_world, frame.near);
+    let nearest = nearest_entry(box);
     // No group touches the near plane, so w > 0, and the division is made here: with w = 1 all vertices have
     // the same depth in every bit, and nothing is left to interpolate. The margin is for what
     // `may_show` adds for the map's depth and for a rasterizer that clips or weighs equal depths with rounding.
