@@ -1,9 +1,13 @@
 //! What the tests that cross crates share: a device, a host that draws, oracles.
 
 pub mod attack;
+pub mod compute;
+pub mod depth_map;
+pub mod group_oracle;
 pub mod host;
 pub mod messages;
 pub mod oracle;
+pub mod random_trees;
 pub mod slab;
 pub mod variants;
 

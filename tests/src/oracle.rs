@@ -19,6 +19,7 @@ pub enum Standing {
 }
 
 /// A frame's numbers in f64, as the shaders get them (rounded to f32).
+#[derive(Debug)]
 struct Lens {
     eye: [DVec3; 3],
     direction: [DVec3; 3],
@@ -107,6 +108,63 @@ fn corners(bounds: &ArchivedBounds) -> [DVec3; 2] {
         .map(|corner| DVec3::from_array(corner.map(|x| f64::from(x.to_native()))))
 }
 
+/// Where the bounds of one object stand at one pixel position whose map depth is `there`, within this share of the
+/// padding.
+#[derive(Debug)]
+pub struct RayOracle<'a> {
+    lens: Lens,
+    frame: &'a FrameUniform,
+    depth: DepthConvention,
+    share: f64,
+}
+
+impl<'a> RayOracle<'a> {
+    /// For the rays of one frame.
+    pub fn new(frame: &'a FrameUniform, depth: DepthConvention, share: f64) -> Self {
+        Self {
+            lens: Lens::new(frame),
+            frame,
+            depth,
+            share,
+        }
+    }
+
+    /// Hidden: the ray does not meet the padded bounds in front of the map, not even within the margin. Showing: it meets
+    /// the bare bounds in front of the map, without any tolerance.
+    pub fn standing(&self, position: DVec2, bare: [DVec3; 2], there: f64) -> Standing {
+        let near = f64::from(self.frame.near);
+        let shows = |t, share| shows(self.frame, self.depth, t, there, share);
+        let loose = self.lens.padded(bare, self.share);
+        let entry = self.lens.entry(position, loose, near);
+        if !entry.is_some_and(|t| shows(t * (1.0 - 1e-5), 1.01)) {
+            return Standing::Hidden;
+        }
+        let bare_entry = self.lens.entry(position, bare, near);
+        if bare_entry.is_some_and(|t| shows(t, 0.0)) {
+            Standing::Showing
+        } else {
+            Standing::Between
+        }
+    }
+
+    /// The depth of the point at parameter `t` of a ray.
+    pub fn depth_at(&self, t: f64) -> f64 {
+        let [z, z_t, w, w_t] = self.frame.depth_along_ray.map(f64::from);
+        (z + z_t * t) / (w + w_t * t)
+    }
+
+    /// Where the ray enters bare bounds, in front of the near plane.
+    pub fn entry(&self, position: DVec2, bare: [DVec3; 2]) -> Option<f64> {
+        self.lens.entry(position, bare, f64::from(self.frame.near))
+    }
+
+    /// The point at parameter `t` of the ray through `position`.
+    pub fn point(&self, position: DVec2, t: f64) -> DVec3 {
+        let at = |[o, dx, dy]: [DVec3; 3]| o + position.x * dx + position.y * dy;
+        at(self.lens.eye) + t * at(self.lens.direction)
+    }
+}
+
 /// Where every object's bounds stand, given the occlusion map of that frame.
 pub fn standings(
     baked: &ArchivedScene,
@@ -114,8 +172,9 @@ pub fn standings(
     depth: DepthConvention,
     map: &[f32],
 ) -> Vec<Standing> {
-    let lens = Lens::new(frame);
     // Room for the shader's own rounding on either side.
+    let rays = RayOracle::new(frame, depth, 1.01);
+    let lens = &rays.lens;
     baked
         .object_bounds
         .iter()
@@ -142,17 +201,11 @@ pub fn standings(
             for y in rows {
                 for x in columns.clone() {
                     let position = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                    let Some(t) = lens.entry(position, loose, f64::from(frame.near)) else {
-                        continue;
-                    };
                     let there = f64::from(map[(y * width + x) as usize]);
-                    if !shows(frame, depth, t * (1.0 - 1e-5), there, 1.01) {
-                        continue;
-                    }
-                    standing = Standing::Between;
-                    let bare_entry = lens.entry(position, bare, f64::from(frame.near));
-                    if bare_entry.is_some_and(|t| shows(frame, depth, t, there, 0.0)) {
-                        return Standing::Showing;
+                    match rays.standing(position, bare, there) {
+                        Standing::Hidden => {}
+                        Standing::Between => standing = Standing::Between,
+                        Standing::Showing => return Standing::Showing,
                     }
                 }
             }

@@ -6,6 +6,7 @@ use hroc_runtime::twin::{bounds, pack};
 use hroc_runtime::{DepthConvention, FrameUniform, SceneShape, readback};
 use hroc_study::hard_cases::builder::{Rng, turning};
 use hroc_study::hard_cases::{Scale, case};
+use hroc_tests::compute::{Kernel, buffer};
 use hroc_tests::{Gpu, gpu};
 
 /// Evaluates the functions of common/bounds.wgsl on arrays.
@@ -46,17 +47,6 @@ struct Found {
     bits: u32,
 }
 
-fn buffer(gpu: &Gpu, bytes: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: None,
-        size: bytes.len() as u64,
-        usage: usage | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
-        mapped_at_creation: false,
-    });
-    gpu.queue.write_buffer(&buffer, 0, bytes);
-    buffer
-}
-
 fn run(
     gpu: &Gpu,
     wgsl: &str,
@@ -65,41 +55,7 @@ fn run(
     buffers: &[(u32, &wgpu::Buffer)],
     workgroups: u32,
 ) {
-    let device = &gpu.device;
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(wgsl.into()),
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: None,
-        layout: None,
-        module: &module,
-        entry_point: Some(entry),
-        compilation_options: wgpu::PipelineCompilationOptions {
-            constants,
-            ..Default::default()
-        },
-        cache: None,
-    });
-    let entries = buffers
-        .iter()
-        .map(|&(binding, buffer)| wgpu::BindGroupEntry {
-            binding,
-            resource: buffer.as_entire_binding(),
-        })
-        .collect::<Vec<_>>();
-    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &entries,
-    });
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-    pass.set_pipeline(&pipeline);
-    pass.set_bind_group(0, &group, &[]);
-    pass.dispatch_workgroups(workgroups, 1, 1);
-    drop(pass);
-    gpu.queue.submit([encoder.finish()]);
+    Kernel::new(gpu, wgsl, entry, constants).run_on(gpu, buffers, workgroups);
 }
 
 /// Boxes around the eye, flat and edge-on ones, ones the pixel's ray just touches.

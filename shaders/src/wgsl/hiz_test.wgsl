@@ -36,7 +36,7 @@ struct Extent {
 
 fn box_extent(box: Box) -> Extent {
     let outer = rasterized(box);
-    let nearest = max(nearest_along(frame.forward, box) - frame.padding_world, frame.near);
+    let nearest = nearest_entry(box);
     if (rasterized_area(box) < 0.0) {
         return Extent(vec2f(0.0), vec2f(1.0), nearest, true);
     }

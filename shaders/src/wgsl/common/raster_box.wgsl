@@ -20,6 +20,11 @@ fn rasterized_area(box: Box) -> f32 {
     return select(footprint.area_px, -1.0, footprint.farthest_ndc > LARGEST_NDC);
 }
 
+// No ray enters the box at a smaller parameter. Rounding of the distance is far below the padding.
+fn nearest_entry(box: Box) -> f32 {
+    return max(nearest_along(frame.forward, box) - frame.padding_world, frame.near);
+}
+
 // The padded box as one strip of 14 vertices; each mask holds one coordinate of the corners. Front faces wind
 // counter-clockwise in y-up clip space.
 fn raster_box(box: Box, vertex: u32, subject: u32) -> BoxVertex {
@@ -27,8 +32,7 @@ fn raster_box(box: Box, vertex: u32, subject: u32) -> BoxVertex {
     let bit = 1u << vertex;
     let corner = select(outer.min, outer.max, vec3<bool>((0x287au & bit) != 0u, (0x02afu & bit) != 0u, (0x31e3u & bit) != 0u));
     let clip = frame.clip_from_world * vec4f(corner, 1.0);
-    // Rounding of the distance is far below the padding.
-    let nearest = max(nearest_along(frame.forward, box) - frame.padding_world, frame.near);
+    let nearest = nearest_entry(box);
     // No box touches the near plane, so w > 0, and the division is made here: with w = 1 all vertices have
     // the same depth in every bit, and nothing is left to interpolate. The margin is for what
     // `may_show` adds for the map's depth and for a rasterizer that clips or weighs equal depths with rounding.
