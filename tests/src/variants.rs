@@ -1,12 +1,14 @@
 //! All ways to run the methods of the registry on a scene.
 
+use hroc_methods::Recorded;
 use hroc_runtime::{CullingMethod, DepthConvention, Grouping, Scene};
 use hroc_study::registry::{Exactness, Knobs, METHODS, Mode, Parts};
 
 use crate::Gpu;
 use crate::host::World;
 
-/// Every exact method of the registry in every exact mode with every tree; groupings and device paths in turn.
+/// Every exact method of the registry in every exact mode with every tree; groupings and device paths in turn. One that
+/// is told what shows is no test of anything.
 pub fn exact_methods(
     gpu: &Gpu,
     world: &World,
@@ -17,7 +19,7 @@ pub fn exact_methods(
     let paths = gpu.profile.every_path(gpu.device.features());
     let mut paths = paths.into_iter().cycle();
     let mut methods = Vec::new();
-    for method in METHODS {
+    for method in METHODS.iter().filter(|method| !method.is_told) {
         let trees = if method.uses_tree {
             &world.trees[..]
         } else {
@@ -37,11 +39,13 @@ pub fn exact_methods(
                 let made = (method.make)(&Parts {
                     device: &gpu.device,
                     scene: &scene,
+                    baked: world.baked.scene(),
                     tree: Some(tree),
                     depth,
                     mode: mode.name,
                     grouping,
                     knobs: &Knobs::default(),
+                    recorded: &Recorded::default(),
                     count_work: false,
                 });
                 let name = format!(

@@ -9,7 +9,7 @@ const EDGES: &[(&str, &[&str])] = &[
     ("shaders", &[]),
     ("preprocess", &["format"]),
     ("runtime", &["format", "shaders"]),
-    ("runtime/methods", &["runtime", "shaders"]),
+    ("runtime/methods", &["format", "msoc", "runtime"]),
     ("runtime/msoc", &[]),
     (
         "runtime/study",
@@ -24,7 +24,14 @@ const EDGES: &[(&str, &[&str])] = &[
     ),
     (
         "tests",
-        &["format", "preprocess", "runtime", "shaders", "study"],
+        &[
+            "format",
+            "methods",
+            "preprocess",
+            "runtime",
+            "shaders",
+            "study",
+        ],
     ),
 ];
 

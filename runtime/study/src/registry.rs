@@ -1,9 +1,10 @@
 //! Every culling method that the study can run. A new method is one entry of [`METHODS`].
 
+use hroc_format::ArchivedScene;
 use hroc_methods::{
-    DepthRange, HierarchicalZ, IocMode, IterativeOcclusionCulling, Projected,
-    RasterOcclusionCulling, Recorded, Reference, TwoPassHierarchicalZ, ViewFrustumCulling,
-    WarpedOcclusionCulling, WocMode, WocOptions,
+    DepthRange, HierarchicalZ, IocMode, IterativeOcclusionCulling, MaskedSoftware, MsocMode,
+    Projected, RasterOcclusionCulling, Recorded, Reference, TwoPassHierarchicalZ,
+    ViewFrustumCulling, WarpedOcclusionCulling, WocMode, WocOptions,
 };
 use hroc_runtime::{
     CullingMethod, DepthConvention, Grouping, HostSync, Hroc, HrocMode, HrocOptions, Noc, Scene,
@@ -12,12 +13,14 @@ use hroc_runtime::{
 use wgpu::Features;
 
 /// What a method is made of.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Parts<'a> {
     /// Where it runs.
     pub device: &'a wgpu::Device,
     /// What it culls.
     pub scene: &'a Scene,
+    /// The same on the host, for a method that culls there.
+    pub baked: &'a ArchivedScene,
     /// The hierarchy over it; there for every method that [uses](Method::uses_tree) one.
     pub tree: Option<&'a Tree>,
     /// How depth is stored.
@@ -166,6 +169,13 @@ const STEPS: Knob = Knob {
     help: "steps of the fixed-point iteration from each start at most",
     default: 3.0,
     sweep: &[1.0, 2.0, 3.0, 5.0, 8.0],
+};
+
+const OCCLUDER_TRIANGLES: Knob = Knob {
+    name: "occluder-triangles",
+    help: "triangles of occluders that are rasterized per frame at most",
+    default: 50_000.0,
+    sweep: &[0.0, 1_000.0, 10_000.0, 50_000.0, 200_000.0],
 };
 
 const LATE_MARGIN: Knob = Knob {
@@ -420,6 +430,50 @@ pub const METHODS: &[Method] = &[
                 steps: parts.knobs.get(&STEPS) as u32,
             };
             Box::new(WarpedOcclusionCulling::new(device, scene, depth, options))
+        },
+    },
+    Method {
+        name: "msoc",
+        source: "masked software occlusion culling on the CPU (Hasselgren, Andersson, Akenine-Möller, HPG 2016)",
+        features: device::REQUIRED,
+        modes: &[
+            Mode {
+                name: "inner",
+                ..PLAIN
+            },
+            Mode {
+                name: "paper",
+                exactness: Exactness::Approximate,
+                ..PLAIN
+            },
+            Mode {
+                name: "full-resolution",
+                exactness: Exactness::Approximate,
+                ..PLAIN
+            },
+        ],
+        knobs: &[OCCLUDER_TRIANGLES],
+        uses_tree: true,
+        is_told: false,
+        counts_work: false,
+        make: |parts| {
+            let Parts {
+                device,
+                scene,
+                baked,
+                depth,
+                ..
+            } = *parts;
+            let mode = match parts.mode {
+                "paper" => MsocMode::Paper,
+                "full-resolution" => MsocMode::FullResolution,
+                _ => MsocMode::Inner,
+            };
+            let split = &parts.tree.expect("uses_tree is set").split;
+            let triangles = parts.knobs.get(&OCCLUDER_TRIANGLES) as u64;
+            Box::new(MaskedSoftware::new(
+                device, scene, baked, split, depth, mode, triangles,
+            ))
         },
     },
     Method {

@@ -355,6 +355,7 @@ impl<'a> Stage<'a> {
             mode: variant.mode.name,
             grouping: variant.grouping,
             knobs: &Knobs::default(),
+            baked: self.baked.scene(),
             recorded,
             count_work: false,
         })

@@ -78,6 +78,7 @@ impl<'a> Bench<'a> {
             mode: self.options.mode.name,
             grouping: self.options.grouping,
             knobs: &self.options.knobs,
+            baked: self.baked.scene(),
             recorded: &self.recorded,
             count_work,
         });
