@@ -2,6 +2,7 @@
 
 use crate::box_pass::BOX_VERTICES;
 use crate::camera::DepthConvention;
+use crate::device::ASSUMED_BOX_COST;
 use crate::gpu::{self, Access};
 use crate::kernel::Kernel;
 use crate::mutant::Mutant;
@@ -9,11 +10,10 @@ use crate::pipelines::Pipelines;
 use crate::scene::{SceneShape, Tree};
 
 /// How coarse the groups are.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Grouping {
     /// Maximal nodes of unknown visibility, as published. Nodes that touch the near plane are replaced by
     /// their children all the same: without that the image is not exact.
-    #[default]
     Published,
     /// Nodes that cover more of the screen than pays are replaced by their children too.
     Adaptive {
@@ -21,6 +21,15 @@ pub enum Grouping {
         /// [`DeviceProfile::measure_box_cost`](crate::DeviceProfile::measure_box_cost).
         box_cost: f32,
     },
+}
+
+impl Default for Grouping {
+    /// Adaptive, with an assumed cost: indoors it needs a tenth of the published form's ray-box tests, and nowhere more.
+    fn default() -> Self {
+        Self::Adaptive {
+            box_cost: ASSUMED_BOX_COST,
+        }
+    }
 }
 
 impl Grouping {

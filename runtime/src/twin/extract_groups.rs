@@ -6,6 +6,11 @@ use super::bounds::{Box3, LARGEST_NDC, footprint, in_frustum, padded, rasterized
 use super::{contains, insert};
 use crate::frame_uniform::FrameUniform;
 
+/// `SMALLEST_THRESHOLD_PX` of extract_groups.wgsl.
+const SMALLEST_THRESHOLD_PX: f32 = 16.0;
+/// `LARGEST_THRESHOLD_PX` there.
+const LARGEST_THRESHOLD_PX: f32 = 1e9;
+
 /// A tree as the stage reads it.
 #[derive(Clone, Copy, Debug)]
 pub struct TreeView<'a> {
@@ -109,5 +114,29 @@ pub fn extract_groups(
         visible_nodes,
         groups,
         untested,
+    }
+}
+
+/// The threshold of a frame's groups, pixels, from the last one's (0: there was none) and from the fragments and
+/// survivors that the last batch occlusion test sampled. A `box_cost` of 0 stands for the published grouping.
+pub fn choose_threshold(last_px: f32, fragments: u32, survivors: u32, box_cost: f32) -> f32 {
+    if box_cost == 0.0 {
+        return LARGEST_THRESHOLD_PX;
+    }
+    if fragments == 0 {
+        return if last_px == 0.0 {
+            16.0 * box_cost
+        } else {
+            last_px
+        };
+    }
+    let share = (survivors as f32 + 0.5) / fragments as f32;
+    let wanted = (box_cost / (2.0 * share)).clamp(SMALLEST_THRESHOLD_PX, LARGEST_THRESHOLD_PX);
+    let before = if last_px == 0.0 { wanted } else { last_px };
+    let ratio = wanted / before;
+    if (0.5..=2.0).contains(&ratio) {
+        before
+    } else {
+        (before * wanted).sqrt()
     }
 }
