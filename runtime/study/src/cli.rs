@@ -9,8 +9,9 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
 use hroc_format::{ArchivedScene, BakedScene};
+use hroc_runtime::DepthConvention;
 
 use crate::camera_path::{CameraPath, orbit, walk_in};
 use crate::error::{StudyError, exit};
@@ -101,6 +102,30 @@ fn camera_path(name: &Path, scene: &ArchivedScene) -> Result<CameraPath, StudyEr
         Some("walk-in") => Ok(walk_in(scene)),
         Some("orbit") => Ok(orbit(scene)),
         _ => Ok(CameraPath::load(name)?),
+    }
+}
+
+/// What reports call the path `name`: a standard path's name, or the file's.
+fn path_name(name: &Path) -> String {
+    let file = name.file_name().unwrap_or(name.as_os_str());
+    file.to_string_lossy().into_owned()
+}
+
+/// `--depth`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Depth {
+    /// Near 0, far 1.
+    Standard,
+    /// Near 1, far 0.
+    Reversed,
+}
+
+impl Depth {
+    const fn convention(self) -> DepthConvention {
+        match self {
+            Self::Standard => DepthConvention::Standard,
+            Self::Reversed => DepthConvention::Reversed,
+        }
     }
 }
 

@@ -21,6 +21,7 @@ pub mod registry;
 pub mod results;
 pub mod run;
 pub mod stage_clock;
+pub mod statistics;
 pub mod summary;
 pub mod table;
 pub mod targets;

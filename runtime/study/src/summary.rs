@@ -1,6 +1,7 @@
 //! A run in a few lines for people.
 
 use crate::results::{Frame, RunResults};
+use crate::statistics::percentile;
 use crate::table::markdown;
 
 /// Markdown: what ran, a table of averages and percentiles over the steady frames, the warnings.
@@ -150,14 +151,6 @@ fn mean(values: impl Iterator<Item = Option<f64>>) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// The smallest value that at least the share `p` of all values do not exceed (nearest rank).
-pub fn percentile(values: &[f64], p: f64) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let rank = (p * sorted.len() as f64).ceil() as usize;
-    sorted.get(rank.max(1) - 1).copied()
-}
-
 fn milliseconds(value: Option<f64>) -> String {
     value.map_or(ABSENT.to_owned(), |value| format!("{value:.3}"))
 }
@@ -174,16 +167,6 @@ fn share(value: Option<f64>) -> String {
 mod tests {
     use super::*;
     use crate::results::tests::sample;
-
-    #[test]
-    fn percentiles_are_values_of_the_sample() {
-        let values = [5.0, 1.0, 4.0, 2.0, 3.0];
-        assert_eq!(
-            [0.0, 0.5, 0.8, 0.81, 0.99, 1.0].map(|p| percentile(&values, p).unwrap()),
-            [1.0, 3.0, 4.0, 5.0, 5.0, 5.0]
-        );
-        assert_eq!(percentile(&[], 0.5), None);
-    }
 
     #[test]
     fn the_summary_holds_the_figures_of_the_steady_frames() {
