@@ -1,8 +1,11 @@
 //! The command line of `hroc`.
 
+mod compare;
+mod course;
 mod hard_cases;
 mod msoc;
 mod path;
+mod report;
 mod run;
 
 use std::io::{self, Write};
@@ -23,6 +26,8 @@ Examples:
   hroc run house.hroc --check                      HROC along the walk-in path, every frame checked
   hroc run house.hroc --method noc --png noc.png   no culling, and its last frame as an image
   hroc run house.hroc --split middle --json -      results as JSON on the standard output
+  hroc compare house.hroc town.hroc -o out         every method on the same frames; see out/report.html
+  hroc report out/results.json -o out              the same report once more, from its data
   hroc path house.hroc orbit -o orbit.json         a standard camera path as a file, to edit
   hroc hard-cases                                  every method over the hard cases
   hroc msoc frame.moc --check                      masked software occlusion culling on a recorded frame
@@ -44,6 +49,10 @@ struct Cli {
 enum Command {
     /// Run a culling method over the frames of a camera path.
     Run(Box<run::RunArguments>),
+    /// Run many methods side by side and write a report.
+    Compare(Box<compare::CompareArguments>),
+    /// Write the report of a comparison again, from its results.
+    Report(report::ReportArguments),
     /// Write a standard camera path of a scene as a file.
     Path(path::PathArguments),
     /// Run every method over scenes on which occlusion culling has failed.
@@ -70,6 +79,8 @@ pub fn main() -> ExitCode {
     };
     let result = match &cli.command {
         Command::Run(arguments) => run::run(arguments),
+        Command::Compare(arguments) => compare::compare(arguments),
+        Command::Report(arguments) => report::report(arguments),
         Command::Path(arguments) => path::path(arguments),
         Command::HardCases(arguments) => hard_cases::hard_cases(arguments),
         Command::Msoc(arguments) => msoc::msoc(arguments),

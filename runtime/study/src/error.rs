@@ -37,6 +37,17 @@ pub enum StudyError {
     /// A replay cannot be read.
     #[error(transparent)]
     Replay(#[from] ReplayError),
+    /// Results cannot be read.
+    #[error(
+        "{}: {reason}; name a results.json that hroc compare or hroc study wrote",
+        path.display()
+    )]
+    Results {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// The CPU cannot do it.
     #[error("{0}")]
     Cpu(String),
@@ -83,6 +94,7 @@ impl StudyError {
             Self::Scene(_)
             | Self::Replay(_)
             | Self::Path(_)
+            | Self::Results { .. }
             | Self::Camera { .. }
             | Self::HardCase { .. }
             | Self::Upload(UploadError::NoTree { .. }) => exit::BAD_INPUT,

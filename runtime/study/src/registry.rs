@@ -136,6 +136,15 @@ const LATE_MARGIN: Knob = Knob {
     sweep: &[0.0, 0.05, 0.25, 1.0, 4.0],
 };
 
+/// The modes in which a knob does anything. One that is not listed does so in all.
+const KNOB_MODES: &[(&str, &[&str])] = &[(LATE_MARGIN.name, &["cr-late", "cr-late-exact"])];
+
+/// Whether `knob` does anything in `mode`.
+pub fn acts_in(knob: &Knob, mode: &Mode) -> bool {
+    let listed = KNOB_MODES.iter().find(|(name, _)| *name == knob.name);
+    listed.is_none_or(|(_, modes)| modes.contains(&mode.name))
+}
+
 /// A culling method as the study knows it.
 #[derive(Clone, Copy, Debug)]
 pub struct Method {

@@ -239,6 +239,22 @@ impl RunResults {
         )
     }
 
+    /// The [`label`](Self::label) without knobs: what the settings of a sweep have in common.
+    pub fn series(&self) -> String {
+        crate::run::label(
+            &self.method,
+            self.mode.as_deref(),
+            self.grouping.as_deref(),
+            self.split.as_deref(),
+            std::iter::empty(),
+        )
+    }
+
+    /// Whether the method claims to draw the right image.
+    pub fn is_exact(&self) -> bool {
+        self.exactness == crate::registry::Exactness::Exact.name()
+    }
+
     /// The JSON text.
     pub fn to_json(&self) -> String {
         let mut json = serde_json::to_string_pretty(self).expect("results become JSON");

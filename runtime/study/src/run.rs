@@ -118,7 +118,7 @@ fn results(bench: &Bench<'_>, warnings: &[Warning], entrant: Entrant<'_>) -> Run
     RunResults {
         schema: SCHEMA,
         scene: SceneInfo {
-            name: scene.name.as_str().to_owned(),
+            name: course.scene_name.clone(),
             objects: scene.objects.len(),
             triangles: scene.drawn_triangle_count(),
             file_bytes: bench.baked.file_bytes().len() as u64,

@@ -55,6 +55,7 @@ fn checked_in(method: &'static Method, mode: &'static Mode) -> Result<RunResults
     };
     let gpu = Gpu::open(&gpu_options).expect("HROC_SKIP_GPU=1 skips this");
     let course = Course {
+        scene_name: "rooms".into(),
         path_name: "orbit".into(),
         path: orbit(baked.scene()),
         frames: 5,

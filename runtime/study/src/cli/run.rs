@@ -183,6 +183,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
         split: arguments.split.clone(),
     };
     let course = Course {
+        scene_name: baked.scene().name.as_str().to_owned(),
         path_name: path_name(&arguments.path),
         path,
         frames: arguments.frames,

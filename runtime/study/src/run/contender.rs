@@ -74,6 +74,8 @@ pub(crate) fn label<'a>(
 /// What all contenders of a run share: the frames, and what is done with each.
 #[derive(Clone, Debug)]
 pub struct Course {
+    /// Name of the scene in reports.
+    pub scene_name: String,
     /// Name of the camera path in reports.
     pub path_name: String,
     /// Where the frames are seen from.
@@ -92,7 +94,7 @@ pub struct Course {
     pub check: bool,
     /// How often the path is replayed for its times; 0 leaves out the replays that time and count work.
     pub repeats: u32,
-    /// The frame whose overdraw is mapped, if any.
+    /// The frame whose overdraw is mapped, if any. Contenders whose knobs are turned have no map.
     pub overdraw_frame: Option<u32>,
     /// Where the truth is kept between runs, if anywhere.
     pub truth_cache: Option<TruthCache>,

@@ -34,8 +34,8 @@ fn counted_frames(course: &Course, contender: &Contender) -> u32 {
     match (course.repeats, course.overdraw_frame) {
         (0, _) => 0,
         _ if contender.method.counts_work => course.frames,
-        (_, Some(frame)) => frame + 1,
-        (_, None) => 0,
+        (_, Some(frame)) if contender.knobs.turned().is_empty() => frame + 1,
+        _ => 0,
     }
 }
 
