@@ -7,6 +7,7 @@ mod msoc;
 mod path;
 mod report;
 mod run;
+mod study;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -27,6 +28,7 @@ Examples:
   hroc run house.hroc --method noc --png noc.png   no culling, and its last frame as an image
   hroc run house.hroc --split middle --json -      results as JSON on the standard output
   hroc compare house.hroc town.hroc -o out         every method on the same frames; see out/report.html
+  hroc study house.hroc -o out                     whether the split rule of the tree matters
   hroc report out/results.json -o out              the same report once more, from its data
   hroc path house.hroc orbit -o orbit.json         a standard camera path as a file, to edit
   hroc hard-cases                                  every method over the hard cases
@@ -51,6 +53,8 @@ enum Command {
     Run(Box<run::RunArguments>),
     /// Run many methods side by side and write a report.
     Compare(Box<compare::CompareArguments>),
+    /// Hold the split rules of hroc's tree against each other and write a report.
+    Study(Box<study::StudyArguments>),
     /// Write the report of a comparison again, from its results.
     Report(report::ReportArguments),
     /// Write a standard camera path of a scene as a file.
@@ -80,6 +84,7 @@ pub fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Run(arguments) => run::run(arguments),
         Command::Compare(arguments) => compare::compare(arguments),
+        Command::Study(arguments) => study::study(arguments),
         Command::Report(arguments) => report::report(arguments),
         Command::Path(arguments) => path::path(arguments),
         Command::HardCases(arguments) => hard_cases::hard_cases(arguments),

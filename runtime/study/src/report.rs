@@ -13,9 +13,12 @@ mod tables;
 
 use std::path::Path;
 
+pub(crate) use numbers::{count, number, signed_share};
 pub use sections::{Block, Image, Section, sections};
+pub(crate) use sections::{figure as per_course_figure, per_course};
+pub(crate) use tables::modes as modes_table;
 
-use crate::compare::Comparison;
+use crate::compare::{Comparison, Kind};
 use crate::error::StudyError;
 use crate::output::{OutputFile, create_folder};
 
@@ -67,6 +70,9 @@ pub fn write_renderings(folder: &Path, comparison: &Comparison) -> Result<(), St
         |name: &str, contents: &[u8]| OutputFile::create(&folder.join(name))?.finish(contents);
     let sections = sections(comparison);
     write("results.csv", &csv::csv(comparison))?;
+    if comparison.kind == Kind::Study {
+        write("verdicts.csv", &crate::study::csv(comparison))?;
+    }
     write(
         "report.md",
         markdown::markdown(comparison, &sections).as_bytes(),

@@ -38,7 +38,7 @@ pub(super) struct CompareArguments {
     /// Every value that a sweep gives the knobs, one knob at a time.
     #[arg(long)]
     sweep: bool,
-    /// The frame whose overdraw is mapped, from 0; one third of the path if left out.
+    /// The frame whose overdraw is mapped, from 0; the middle of the path if left out.
     #[arg(long, value_name = "FRAME")]
     overdraw_frame: Option<u32>,
 }
@@ -71,7 +71,7 @@ pub(super) fn compare(arguments: &CompareArguments) -> Result<u8, StudyError> {
     };
     selection.check().map_err(StudyError::Usage)?;
     let frames = arguments.course.frames();
-    let overdraw_frame = arguments.overdraw_frame.unwrap_or(frames / 3);
+    let overdraw_frame = arguments.overdraw_frame.unwrap_or(frames / 2);
     if overdraw_frame >= frames {
         return Err(StudyError::Usage(format!(
             "--overdraw-frame {overdraw_frame}: there are {frames} frames, from 0"

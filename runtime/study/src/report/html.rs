@@ -10,12 +10,12 @@ use crate::compare::Comparison;
 use crate::table::Table;
 
 const STYLE: &str = "\
-body { font: 15px/1.5 sans-serif; color: #222; background: #fff; max-width: 1040px; margin: 2em auto; padding: 0 1em; }
+body { font: 15px/1.5 sans-serif; color: #222; background: #fff; max-width: 1120px; margin: 2em auto; padding: 0 1em; }
 h1 { font-size: 1.7em; } h2 { font-size: 1.3em; margin-top: 2.2em; border-bottom: 1px solid #ccc; } h3 { font-size: 1em; margin: 1.6em 0 .4em; }
 nav a { margin-right: 1.2em; white-space: nowrap; } a { color: #0072B2; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; }
-th, td { padding: 3px 10px; text-align: right; border-bottom: 1px solid #e3e3e3; white-space: nowrap; }
+th, td { padding: 3px 8px; text-align: right; border-bottom: 1px solid #e3e3e3; white-space: nowrap; }
 th { border-bottom: 2px solid #999; vertical-align: bottom; } th:first-child, td:first-child { text-align: left; }
 table.wide td, table.wide th { white-space: normal; text-align: left; overflow-wrap: anywhere; }
 table.wide td:first-child, table.wide th:first-child { white-space: nowrap; }

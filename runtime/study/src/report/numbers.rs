@@ -3,7 +3,7 @@
 use crate::table::ABSENT;
 
 /// A number with three significant digits or all before the point, the thousands apart.
-pub(super) fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let size = value.abs();
     let decimals = match size {
         0.0 => 0,
@@ -27,7 +27,7 @@ pub(super) fn number(value: f64) -> String {
 }
 
 /// A whole number, the thousands apart.
-pub(super) fn count(value: impl TryInto<u64>) -> String {
+pub(crate) fn count(value: impl TryInto<u64>) -> String {
     let value: u64 = value.try_into().unwrap_or(u64::MAX);
     if value < 1000 {
         value.to_string()
@@ -51,7 +51,7 @@ pub(super) fn share(value: Option<f64>) -> String {
 }
 
 /// A relative difference with its sign, per cent.
-pub(super) fn signed_share(value: f64) -> String {
+pub(crate) fn signed_share(value: f64) -> String {
     format!("{:+.1} %", 100.0 * value)
 }
 

@@ -68,8 +68,8 @@ fn compared(comparison: &Comparison) -> Vec<Section> {
     let courses = comparison.courses();
     let mut speed_error = vec![Block::Text(
         "Lower left is best. Each row of plots has another cost, each column another error, so a point is one \
-         contender in one setting. Exact ones lie together at zero; the settings of a knob are joined by a line \
-         (large marker: its default)."
+         contender in one setting. Exact ones lie together at zero. The settings of a knob are joined by a line: small markers that grow with its value, \
+         a large one where it is not turned."
             .into(),
     )];
     for course in &courses {

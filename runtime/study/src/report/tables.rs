@@ -23,7 +23,9 @@ pub(super) fn overview(comparison: &Comparison) -> Option<Table> {
         head.extend(clocks.map(|(_, clock)| course.title() + clock));
     }
     let mut table = Table::new(head);
-    for label in comparison.labels() {
+    // The settings of knobs are in the tables of each scene.
+    let unturned = |label: &String| comparison.series().contains(label);
+    for label in comparison.labels().into_iter().filter(unturned) {
         let mut row = vec![label.clone()];
         for course in &courses {
             let run = course.runs.iter().find(|run| run.label() == label);
@@ -88,7 +90,7 @@ pub(super) fn times(course: &CourseRuns<'_>) -> Option<Table> {
 }
 
 /// The settings of HROC. Table 3 of the paper, with the counters that explain the times.
-pub(super) fn modes(course: &CourseRuns<'_>) -> Option<Table> {
+pub(crate) fn modes(course: &CourseRuns<'_>) -> Option<Table> {
     let mut table = Table::new([
         "HROC",
         "median ± spread (ms)",
@@ -102,17 +104,13 @@ pub(super) fn modes(course: &CourseRuns<'_>) -> Option<Table> {
         "wrong pixels",
         "false negatives",
     ]);
-    let runs = course
-        .runs
-        .iter()
-        .filter(|run| run.method == "hroc")
-        .collect::<Vec<_>>();
+    let unturned = |run: &&&RunResults| run.method == "hroc" && run.knobs.is_empty();
+    let runs = course.runs.iter().filter(unturned).collect::<Vec<_>>();
     let median = |run: &RunResults| Some(metrics::summary(run, FrameClock::Wall)?.median);
     for run in &runs {
         let is_na = |other: &&&&RunResults| {
             other.mode.as_deref() == Some("na")
                 && (&other.grouping, &other.split) == (&run.grouping, &run.split)
-                && other.knobs.is_empty()
         };
         let na = runs.iter().find(is_na).and_then(|run| median(run));
         let set = |pick: fn(&SetSizes) -> Option<usize>| {
@@ -144,7 +142,6 @@ pub(super) fn modes(course: &CourseRuns<'_>) -> Option<Table> {
 pub(super) fn culling(course: &CourseRuns<'_>) -> Option<Table> {
     let mut table = Table::new([
         "contender",
-        "image",
         "C/N",
         "C/R",
         "in the frustum",
@@ -169,7 +166,6 @@ pub(super) fn culling(course: &CourseRuns<'_>) -> Option<Table> {
             .and_then(|map| metrics::ratio(map.fragments as f64, map.covered_pixels as f64));
         table.rows.push(vec![
             run.label(),
-            run.exactness.clone(),
             share(metrics::culled_of_all(run)),
             share(metrics::culled_of_hidden(run)),
             share(metrics::cull_rate_in_frustum(run)),
@@ -345,11 +341,22 @@ mod tests {
             [cell(&culling, 0, "C/N"), cell(&culling, 0, "C/R")],
             ["50.00 %", "83.33 %"]
         );
-        assert_eq!(modes(house).unwrap().rows.len(), 2);
+        assert_eq!(
+            modes(house),
+            None,
+            "one mode and a knob make no table of modes"
+        );
         assert_eq!(
             memory(house).unwrap().rows.len(),
             2,
             "knobs change no memory"
+        );
+        comparison.runs[2].knobs.clear();
+        comparison.runs[2].mode = Some("na".into());
+        let modes = modes(&comparison.courses()[0]).unwrap();
+        assert_eq!(
+            (modes.rows.len(), modes.rows[1][0].as_str()),
+            (2, "hroc na adaptive")
         );
     }
 }

@@ -33,6 +33,11 @@ impl<'a> Entrant<'a> {
         }
     }
 
+    /// What was found of frame `number`.
+    pub(super) fn frame(&mut self, number: u32) -> &mut Frame {
+        &mut self.frames[number as usize]
+    }
+
     /// Takes the contender out of the run.
     ///
     /// # Errors

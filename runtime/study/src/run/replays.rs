@@ -18,7 +18,7 @@ use crate::gpu::GpuError;
 use crate::gpu_clock::GpuStageClock;
 use crate::id_set::IdSet;
 use crate::image::{Image, ImageCopy};
-use crate::results::{Frame, Overdraw, Warning};
+use crate::results::{Frame, Warning};
 use crate::stage_clock::StageClock;
 
 /// How often all contenders go over the path.
@@ -31,12 +31,18 @@ pub(super) fn count(course: &Course, contenders: &[Contender]) -> u64 {
 
 /// How many frames of the counted replay a contender draws.
 fn counted_frames(course: &Course, contender: &Contender) -> u32 {
-    match (course.repeats, course.overdraw_frame) {
-        (0, _) => 0,
+    match overdraw_frame(course, contender) {
+        _ if course.repeats == 0 => 0,
         _ if contender.method.counts_work => course.frames,
-        (_, Some(frame)) if contender.knobs.turned().is_empty() => frame + 1,
-        _ => 0,
+        frame => frame.map_or(0, |frame| frame + 1),
     }
+}
+
+/// The frame of which a contender gets a map.
+fn overdraw_frame(course: &Course, contender: &Contender) -> Option<u32> {
+    course
+        .overdraw_frame
+        .filter(|_| contender.knobs.turned().is_empty())
 }
 
 /// The places of `count` contenders in the order they draw frame `frame` in: everyone begins equally often.
@@ -71,12 +77,7 @@ impl Bench<'_> {
         number: u32,
         round: u32,
         progress: &ProgressBar,
-        mut step: impl FnMut(
-            &mut Self,
-            &mut dyn CullingMethod,
-            &mut Frame,
-            &mut Option<Overdraw>,
-        ) -> Result<(), Ended>,
+        mut step: impl FnMut(&mut Self, &mut dyn CullingMethod, &mut Entrant<'_>) -> Result<(), Ended>,
     ) -> Result<(), StudyError> {
         for place in order(entrants.len(), number, round) {
             let entrant = &mut entrants[place];
@@ -84,9 +85,7 @@ impl Bench<'_> {
             let Some(mut method) = entrant.method.take() else {
                 continue;
             };
-            let frame = &mut entrant.frames[number as usize];
-            let ended = step(self, &mut *method, frame, &mut entrant.overdraw)
-                .and_then(|()| Ok(self.gpu.check()?));
+            let ended = step(self, &mut *method, entrant).and_then(|()| Ok(self.gpu.check()?));
             match ended {
                 Ok(()) => entrant.method = Some(method),
                 Err(Ended::Contender(error)) => entrant.fail(self.gpu, error)?,
@@ -122,13 +121,13 @@ impl Bench<'_> {
                 number,
                 round,
                 progress,
-                |bench, method, frame, _| {
+                |bench, method, entrant| {
                     let began = Instant::now();
                     let mut encoder = bench.gpu.encoder();
                     bench.encode(method, number, &mut encoder, Output::Color, None)?;
                     bench.gpu.submit_and_wait(encoder)?;
                     let ms = began.elapsed().as_secs_f64() * 1e3;
-                    frame.frame_samples_ms.push(ms);
+                    entrant.frame(number).frame_samples_ms.push(ms);
                     Ok(())
                 },
             )?;
@@ -154,7 +153,7 @@ impl Bench<'_> {
                 number,
                 round,
                 progress,
-                |bench, method, frame, _| {
+                |bench, method, entrant| {
                     let gpu = bench.gpu;
                     let mut encoder = gpu.encoder();
                     let stages = if let Some(gpu_clock) = &gpu_clock {
@@ -164,7 +163,7 @@ impl Bench<'_> {
                         clock.resolve(&mut encoder);
                         gpu.submit_and_wait(encoder)?;
                         let (stages, gpu_ms) = clock.read(gpu);
-                        frame.gpu_samples_ms.push(gpu_ms);
+                        entrant.frame(number).gpu_samples_ms.push(gpu_ms);
                         stages
                     } else {
                         let mut clock = StageClock::new(gpu);
@@ -174,7 +173,8 @@ impl Bench<'_> {
                         clock.finish()?
                     };
                     for (stage, ms) in stages {
-                        *frame.stages_ms.entry(stage.name().to_owned()).or_default() += share * ms;
+                        let stages_ms = &mut entrant.frame(number).stages_ms;
+                        *stages_ms.entry(stage.name().to_owned()).or_default() += share * ms;
                     }
                     Ok(())
                 },
@@ -207,7 +207,7 @@ impl Bench<'_> {
             if let (true, Some(truth)) = (is_told, &true_frame) {
                 self.recording.push(truth.visible.clone());
             }
-            self.frame(entrants, number, 0, progress, |bench, method, frame, _| {
+            self.frame(entrants, number, 0, progress, |bench, method, entrant| {
                 let device = &bench.gpu.device;
                 let mut encoder = bench.gpu.encoder();
                 bench.encode(method, number, &mut encoder, Output::Color, None)?;
@@ -216,6 +216,7 @@ impl Bench<'_> {
                 let image = copy.wait(device);
                 let sets = FrameSets::read(bench.gpu, method);
                 let scene = bench.baked.scene();
+                let frame = entrant.frame(number);
                 match (&true_frame, &in_frustum) {
                     (Some(truth), Some(in_frustum)) => {
                         sets.describe(scene, &truth.visible, frame);
@@ -279,32 +280,27 @@ impl Bench<'_> {
                     .method
                     .take_if(|_| number >= counted_frames(course, entrant.contender));
             }
-            let map = course.overdraw_frame == Some(number);
-            self.frame(
-                entrants,
-                number,
-                0,
-                progress,
-                |bench, method, frame, overdraw| {
-                    let mut encoder = bench.gpu.encoder();
-                    let output = if map {
-                        Output::FragmentCount
-                    } else {
-                        Output::Color
-                    };
-                    bench.encode(method, number, &mut encoder, output, None)?;
-                    bench.gpu.submit_and_wait(encoder)?;
-                    if let Some(work) = method.sets().work {
-                        let work = readback::words(&bench.gpu.device, &bench.gpu.queue, work);
-                        frame.counters.rays = Some(u64::from(work[0]));
-                        frame.counters.ray_box_tests = Some(u64::from(work[1]));
-                    }
-                    if let (true, Some(target)) = (map, &bench.overdraw) {
-                        *overdraw = Some(target.read(bench.gpu, number));
-                    }
-                    Ok(())
-                },
-            )?;
+            self.frame(entrants, number, 0, progress, |bench, method, entrant| {
+                let mut encoder = bench.gpu.encoder();
+                let map = overdraw_frame(course, entrant.contender) == Some(number);
+                let output = if map {
+                    Output::FragmentCount
+                } else {
+                    Output::Color
+                };
+                bench.encode(method, number, &mut encoder, output, None)?;
+                bench.gpu.submit_and_wait(encoder)?;
+                if let Some(work) = method.sets().work {
+                    let work = readback::words(&bench.gpu.device, &bench.gpu.queue, work);
+                    let counters = &mut entrant.frame(number).counters;
+                    counters.rays = Some(u64::from(work[0]));
+                    counters.ray_box_tests = Some(u64::from(work[1]));
+                }
+                if let (true, Some(target)) = (map, &bench.overdraw) {
+                    entrant.overdraw = Some(target.read(bench.gpu, number));
+                }
+                Ok(())
+            })?;
         }
         progress.inc(u64::from(course.frames - frames) * entrants.len() as u64);
         Ok(())

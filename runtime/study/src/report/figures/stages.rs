@@ -1,5 +1,7 @@
 //! What each stage costs.
 
+use hroc_runtime::Stage;
+
 use super::WIDTH;
 use crate::metrics::mean_over;
 use crate::report::numbers::number;
@@ -13,17 +15,7 @@ const GAP: f64 = 8.0;
 
 /// A bar for each of `runs`, of its stages' mean times. `None` where no stage was timed.
 pub fn stages(runs: &[&RunResults]) -> Option<String> {
-    // In the order in which contenders bring them.
-    let mut names: Vec<&str> = Vec::new();
-    for name in runs
-        .iter()
-        .flat_map(|run| &run.per_frame)
-        .flat_map(|frame| frame.stages_ms.keys())
-    {
-        if !names.contains(&name.as_str()) {
-            names.push(name);
-        }
-    }
+    let names = names(runs);
     let mean = |run: &RunResults, name: &str| {
         mean_over(run, |frame| {
             Some(frame.stages_ms.get(name).copied().unwrap_or(0.0))
@@ -96,6 +88,34 @@ pub fn stages(runs: &[&RunResults]) -> Option<String> {
     }
     legend(&mut svg, [20.0, bottom], WIDTH - 40.0, &entries);
     Some(svg.finish())
+}
+
+/// The stages in the order of a frame; a method's own ones between the first draw and the last ones.
+fn names<'a>(runs: &[&'a RunResults]) -> Vec<&'a str> {
+    const FIRST: [Stage; 6] = [
+        Stage::PACK,
+        Stage::DRAW_ALL,
+        Stage::OCCLUSION_MAP,
+        Stage::FILTER_OCCLUDERS,
+        Stage::EXTRACT_GROUPS,
+        Stage::BATCH_OCCLUSION_TEST,
+    ];
+    const LAST: [Stage; 2] = [Stage::RENDER_OCCLUDEES, Stage::RENDER_BLENDED];
+    let frames = runs.iter().flat_map(|run| &run.per_frame);
+    let mut names: Vec<&str> = Vec::new();
+    for name in frames.flat_map(|frame| frame.stages_ms.keys()) {
+        if !names.contains(&name.as_str()) {
+            names.push(name);
+        }
+    }
+    let place = |stages: &[Stage], name: &str| stages.iter().position(|stage| stage.name() == name);
+    // Stable: the rest keep the order in which contenders bring them.
+    names.sort_by_key(|name| match (place(&FIRST, name), place(&LAST, name)) {
+        (Some(place), _) => place,
+        (None, None) => FIRST.len(),
+        (None, Some(place)) => FIRST.len() + 1 + place,
+    });
+    names
 }
 
 #[cfg(test)]
