@@ -1,16 +1,21 @@
 //! The command line of `hroc`.
 
+mod compare;
+mod course;
 mod hard_cases;
 mod msoc;
 mod path;
+mod report;
 mod run;
+mod study;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
 use hroc_format::{ArchivedScene, BakedScene};
+use hroc_runtime::DepthConvention;
 
 use crate::camera_path::{CameraPath, orbit, walk_in};
 use crate::error::{StudyError, exit};
@@ -22,6 +27,9 @@ Examples:
   hroc run house.hroc --check                      HROC along the walk-in path, every frame checked
   hroc run house.hroc --method noc --png noc.png   no culling, and its last frame as an image
   hroc run house.hroc --split middle --json -      results as JSON on the standard output
+  hroc compare house.hroc town.hroc -o out         every method on the same frames; see out/report.html
+  hroc study house.hroc -o out                     whether the split rule of the tree matters
+  hroc report out/results.json -o out              the same report once more, from its data
   hroc path house.hroc orbit -o orbit.json         a standard camera path as a file, to edit
   hroc hard-cases                                  every method over the hard cases
   hroc msoc frame.moc --check                      masked software occlusion culling on a recorded frame
@@ -43,6 +51,12 @@ struct Cli {
 enum Command {
     /// Run a culling method over the frames of a camera path.
     Run(Box<run::RunArguments>),
+    /// Run many methods side by side and write a report.
+    Compare(Box<compare::CompareArguments>),
+    /// Hold the split rules of hroc's tree against each other and write a report.
+    Study(Box<study::StudyArguments>),
+    /// Write the report of a comparison again, from its results.
+    Report(report::ReportArguments),
     /// Write a standard camera path of a scene as a file.
     Path(path::PathArguments),
     /// Run every method over scenes on which occlusion culling has failed.
@@ -69,6 +83,9 @@ pub fn main() -> ExitCode {
     };
     let result = match &cli.command {
         Command::Run(arguments) => run::run(arguments),
+        Command::Compare(arguments) => compare::compare(arguments),
+        Command::Study(arguments) => study::study(arguments),
+        Command::Report(arguments) => report::report(arguments),
         Command::Path(arguments) => path::path(arguments),
         Command::HardCases(arguments) => hard_cases::hard_cases(arguments),
         Command::Msoc(arguments) => msoc::msoc(arguments),
@@ -101,6 +118,30 @@ fn camera_path(name: &Path, scene: &ArchivedScene) -> Result<CameraPath, StudyEr
         Some("walk-in") => Ok(walk_in(scene)),
         Some("orbit") => Ok(orbit(scene)),
         _ => Ok(CameraPath::load(name)?),
+    }
+}
+
+/// What reports call the path `name`: a standard path's name, or the file's.
+fn path_name(name: &Path) -> String {
+    let file = name.file_name().unwrap_or(name.as_os_str());
+    file.to_string_lossy().into_owned()
+}
+
+/// `--depth`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Depth {
+    /// Near 0, far 1.
+    Standard,
+    /// Near 1, far 0.
+    Reversed,
+}
+
+impl Depth {
+    const fn convention(self) -> DepthConvention {
+        match self {
+            Self::Standard => DepthConvention::Standard,
+            Self::Reversed => DepthConvention::Reversed,
+        }
     }
 }
 

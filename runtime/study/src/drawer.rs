@@ -18,6 +18,32 @@ const BACKGROUND: wgpu::Color = wgpu::Color {
 /// The shaders' text before their imports are resolved.
 const WGSL: &str = include_str!("wgsl/object_color.wgsl");
 const MARKED_WGSL: &str = include_str!("wgsl/object_color_marked.wgsl");
+const COUNT_WGSL: &str = include_str!("wgsl/fragment_count.wgsl");
+const COUNT_MARKED_WGSL: &str = include_str!("wgsl/fragment_count_marked.wgsl");
+
+/// What the first target takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Output {
+    Color,
+    /// One for each fragment that passes the depth test, added up.
+    FragmentCount,
+}
+
+impl Output {
+    const fn format(self) -> wgpu::TextureFormat {
+        match self {
+            Self::Color => FrameTargets::COLOR_FORMAT,
+            Self::FragmentCount => ObjectDrawer::COUNT_FORMAT,
+        }
+    }
+
+    const fn background(self) -> wgpu::Color {
+        match self {
+            Self::Color => BACKGROUND,
+            Self::FragmentCount => wgpu::Color::TRANSPARENT,
+        }
+    }
+}
 
 /// Draws objects with their base colour and their id.
 #[derive(Debug)]
@@ -29,10 +55,14 @@ pub struct ObjectDrawer {
     frame: wgpu::Buffer,
     eye: wgpu::Buffer,
     scene: Scene,
+    output: Output,
     color: wgpu::TextureView,
 }
 
 impl ObjectDrawer {
+    /// Format of the target of [`counting`](Self::counting): the count twice, as read-backs take four bytes a texel.
+    pub const COUNT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
+
     /// The full text of the shader, on which the pixels depend.
     pub fn wgsl() -> String {
         hroc_shaders::resolve(WGSL).expect("the crate's own imports exist")
@@ -48,6 +78,18 @@ impl ObjectDrawer {
         Self::with_holes(device, scene, targets, depth, false)
     }
 
+    /// A drawer that writes depth and item buffer as ever, and adds up in `count`, instead of colour, the
+    /// fragments of each pixel that pass the depth test as they are drawn: those that are shaded where hidden
+    /// ones are turned away early. Counts are exact up to 2048.
+    pub fn counting(
+        device: &wgpu::Device,
+        scene: &Scene,
+        count: &wgpu::TextureView,
+        depth: DepthConvention,
+    ) -> Self {
+        Self::make(device, scene, count, depth, false, Output::FragmentCount)
+    }
+
     /// The same; `holes`: masked objects get holes, for tests, as baked scenes hold no textures.
     pub fn with_holes(
         device: &wgpu::Device,
@@ -56,14 +98,26 @@ impl ObjectDrawer {
         depth: DepthConvention,
         holes: bool,
     ) -> Self {
+        let color = &targets.color_view;
+        Self::make(device, scene, color, depth, holes, Output::Color)
+    }
+
+    fn make(
+        device: &wgpu::Device,
+        scene: &Scene,
+        color: &wgpu::TextureView,
+        depth: DepthConvention,
+        holes: bool,
+        output: Output,
+    ) -> Self {
         let layout = bind_group_layout(device);
         let pipeline = |variant| {
             let key = format!(
-                "object_color {variant:?} {depth:?} {holes} {} {}",
+                "object_color {output:?} {variant:?} {depth:?} {holes} {} {}",
                 scene.normals.is_some(),
                 scene.quantized
             );
-            let make = || pipeline(device, scene, &layout, depth, holes, variant);
+            let make = || pipeline(device, scene, &layout, depth, holes, variant, output);
             scene.profile.pipelines.get(&key, make)
         };
         let uniform = |label, size| {
@@ -97,7 +151,8 @@ impl ObjectDrawer {
             frame,
             eye,
             scene: scene.clone(),
-            color: targets.color_view.clone(),
+            output,
+            color: color.clone(),
         }
     }
 
@@ -129,7 +184,7 @@ impl ObjectDrawer {
 impl Drawer for ObjectDrawer {
     fn draw(&mut self, encoder: &mut wgpu::CommandEncoder, draw: &Draw<'_>) {
         let load = if draw.clear {
-            wgpu::LoadOp::Clear(BACKGROUND)
+            wgpu::LoadOp::Clear(self.output.background())
         } else {
             wgpu::LoadOp::Load
         };
@@ -179,12 +234,14 @@ fn pipeline(
     depth: DepthConvention,
     holes: bool,
     variant: Variant,
+    output: Output,
 ) -> wgpu::RenderPipeline {
     let marked = variant == Variant::Marked;
-    let text = if marked {
-        [WGSL, MARKED_WGSL].concat()
-    } else {
-        WGSL.to_owned()
+    let text = match (output, marked) {
+        (Output::Color, false) => WGSL.to_owned(),
+        (Output::Color, true) => [WGSL, MARKED_WGSL].concat(),
+        (Output::FragmentCount, false) => [WGSL, COUNT_WGSL].concat(),
+        (Output::FragmentCount, true) => [WGSL, COUNT_MARKED_WGSL].concat(),
     };
     let wgsl = hroc_shaders::resolve(&text).expect("the crate's own imports exist");
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -213,9 +270,20 @@ fn pipeline(
         None => ("object_vertex", &with_normals[..1]),
     };
     let blended = variant == Variant::Blended;
+    const SUM: wgpu::BlendComponent = wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Add,
+    };
     let color = wgpu::ColorTargetState {
-        blend: blended.then_some(wgpu::BlendState::ALPHA_BLENDING),
-        ..FrameTargets::COLOR_FORMAT.into()
+        blend: match output {
+            Output::Color => blended.then_some(wgpu::BlendState::ALPHA_BLENDING),
+            Output::FragmentCount => Some(wgpu::BlendState {
+                color: SUM,
+                alpha: SUM,
+            }),
+        },
+        ..output.format().into()
     };
     let mut item = wgpu::ColorTargetState::from(Targets::ITEM_FORMAT);
     if blended {
@@ -242,10 +310,12 @@ fn pipeline(
         multisample: Default::default(),
         fragment: Some(wgpu::FragmentState {
             module: &module,
-            entry_point: Some(match variant {
-                Variant::Plain => "object_color",
-                Variant::Marked => "object_color_marked",
-                Variant::Blended => "object_color_blended",
+            entry_point: Some(match (output, variant) {
+                (Output::Color, Variant::Plain) => "object_color",
+                (Output::Color, Variant::Marked) => "object_color_marked",
+                (Output::Color, Variant::Blended) => "object_color_blended",
+                (Output::FragmentCount, Variant::Marked) => "fragment_count_marked",
+                (Output::FragmentCount, _) => "fragment_count",
             }),
             compilation_options: options,
             targets: &[Some(color), Some(item)],

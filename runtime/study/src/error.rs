@@ -37,6 +37,28 @@ pub enum StudyError {
     /// A replay cannot be read.
     #[error(transparent)]
     Replay(#[from] ReplayError),
+    /// A study has nothing to compare.
+    #[error(
+        "{}: a study needs the 'sah' tree and another one (it has: {baked}); bake it with --split sah,middle,equal-count,ploc",
+        path.display()
+    )]
+    FewTrees {
+        /// The scene.
+        path: PathBuf,
+        /// The split rules in it.
+        baked: String,
+    },
+    /// Results cannot be read.
+    #[error(
+        "{}: {reason}; name a results.json that hroc compare or hroc study wrote",
+        path.display()
+    )]
+    Results {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// The CPU cannot do it.
     #[error("{0}")]
     Cpu(String),
@@ -83,6 +105,8 @@ impl StudyError {
             Self::Scene(_)
             | Self::Replay(_)
             | Self::Path(_)
+            | Self::Results { .. }
+            | Self::FewTrees { .. }
             | Self::Camera { .. }
             | Self::HardCase { .. }
             | Self::Upload(UploadError::NoTree { .. }) => exit::BAD_INPUT,

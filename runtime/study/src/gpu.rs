@@ -91,7 +91,14 @@ pub struct Gpu {
     pub info: AdapterInfo,
     /// The paths it takes, found by probing.
     pub profile: DeviceProfile,
-    failure: Arc<Mutex<Option<String>>>,
+    failure: Arc<Mutex<Option<Failure>>>,
+}
+
+#[derive(Clone, Debug)]
+struct Failure {
+    message: String,
+    /// The device is gone; a refused call leaves it usable.
+    lost: bool,
 }
 
 impl Gpu {
@@ -130,20 +137,18 @@ impl Gpu {
         })?;
 
         let failure = Arc::new(Mutex::new(None));
-        let keep_first = |failure: &Mutex<Option<String>>, message: String| {
-            failure
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .get_or_insert(message);
+        let keep_first = |failure: &Mutex<Option<Failure>>, message: String, lost: bool| {
+            let mut failure = failure.lock().unwrap_or_else(PoisonError::into_inner);
+            failure.get_or_insert(Failure { message, lost }).lost |= lost;
         };
         let of_errors = Arc::clone(&failure);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            keep_first(&of_errors, one_line(&error))
+            keep_first(&of_errors, one_line(&error), false)
         }));
         let of_loss = Arc::clone(&failure);
         device.set_device_lost_callback(move |reason, message| {
             if reason != wgpu::DeviceLostReason::Destroyed {
-                keep_first(&of_loss, format!("lost: {message}"));
+                keep_first(&of_loss, format!("lost: {message}"), true);
             }
         });
         let profile = DeviceProfile::probe(&device, &queue);
@@ -185,7 +190,22 @@ impl Gpu {
         let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
         failure
             .clone()
-            .map_or(Ok(()), |message| Err(GpuError::Failed(message)))
+            .map_or(Ok(()), |failure| Err(GpuError::Failed(failure.message)))
+    }
+
+    /// Forgets a call that was refused, so that others can go on with the device.
+    ///
+    /// # Errors
+    /// If the device is lost: then nobody can.
+    pub fn recover(&self) -> Result<(), GpuError> {
+        let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        match failure.take_if(|failure| !failure.lost) {
+            Some(_) => Ok(()),
+            None => {
+                drop(failure);
+                self.check()
+            }
+        }
     }
 
     /// An encoder for a frame.

@@ -185,6 +185,15 @@ const LATE_MARGIN: Knob = Knob {
     sweep: &[0.0, 0.05, 0.25, 1.0, 4.0],
 };
 
+/// The modes in which a knob does anything. One that is not listed does so in all.
+const KNOB_MODES: &[(&str, &[&str])] = &[(LATE_MARGIN.name, &["cr-late", "cr-late-exact"])];
+
+/// Whether `knob` does anything in `mode`.
+pub fn acts_in(knob: &Knob, mode: &Mode) -> bool {
+    let listed = KNOB_MODES.iter().find(|(name, _)| *name == knob.name);
+    listed.is_none_or(|(_, modes)| modes.contains(&mode.name))
+}
+
 /// A culling method as the study knows it.
 #[derive(Clone, Copy, Debug)]
 pub struct Method {
@@ -200,6 +209,8 @@ pub struct Method {
     pub knobs: &'static [Knob],
     /// It reads the hierarchy.
     pub uses_tree: bool,
+    /// It makes groups of the nodes of the hierarchy, coarse or fine.
+    pub groups: bool,
     /// It is told beforehand what shows in each frame.
     pub is_told: bool,
     /// It counts rays and ray-box tests if asked to.
@@ -217,6 +228,7 @@ pub const METHODS: &[Method] = &[
         modes: &[PLAIN],
         knobs: &[],
         uses_tree: false,
+        groups: false,
         is_told: false,
         counts_work: false,
         make: |parts| Box::new(Noc::new(parts.device, parts.scene, parts.depth)),
@@ -228,6 +240,7 @@ pub const METHODS: &[Method] = &[
         modes: &[PLAIN],
         knobs: &[],
         uses_tree: false,
+        groups: false,
         is_told: false,
         counts_work: false,
         make: |parts| {
@@ -247,6 +260,7 @@ pub const METHODS: &[Method] = &[
         modes: &[PLAIN],
         knobs: &[],
         uses_tree: true,
+        groups: false,
         is_told: false,
         counts_work: false,
         make: |parts| {
@@ -267,6 +281,7 @@ pub const METHODS: &[Method] = &[
         modes: &[PLAIN],
         knobs: &[],
         uses_tree: false,
+        groups: false,
         is_told: true,
         counts_work: false,
         make: |parts| {
@@ -286,6 +301,7 @@ pub const METHODS: &[Method] = &[
         modes: &[PLAIN],
         knobs: &[],
         uses_tree: false,
+        groups: false,
         is_told: false,
         counts_work: false,
         make: |parts| {
@@ -315,6 +331,7 @@ pub const METHODS: &[Method] = &[
         ],
         knobs: &[FIRST_DEPTH, DEPTHS],
         uses_tree: true,
+        groups: false,
         is_told: false,
         counts_work: false,
         make: |parts| {
@@ -358,6 +375,7 @@ pub const METHODS: &[Method] = &[
         ],
         knobs: &[SIDE],
         uses_tree: false,
+        groups: false,
         is_told: false,
         counts_work: false,
         make: |parts| {
@@ -382,6 +400,7 @@ pub const METHODS: &[Method] = &[
         modes: &[PLAIN],
         knobs: &[],
         uses_tree: false,
+        groups: false,
         is_told: false,
         counts_work: false,
         make: |parts| {
@@ -412,6 +431,7 @@ pub const METHODS: &[Method] = &[
         ],
         knobs: &[SEEDS, STEPS],
         uses_tree: false,
+        groups: false,
         is_told: false,
         counts_work: false,
         make: |parts| {
@@ -454,6 +474,7 @@ pub const METHODS: &[Method] = &[
         ],
         knobs: &[OCCLUDER_TRIANGLES],
         uses_tree: true,
+        groups: false,
         is_told: false,
         counts_work: false,
         make: |parts| {
@@ -490,6 +511,7 @@ pub const METHODS: &[Method] = &[
         ],
         knobs: &[LATE_MARGIN, BOX_COST],
         uses_tree: true,
+        groups: true,
         is_told: false,
         counts_work: true,
         make: |parts| {

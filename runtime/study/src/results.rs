@@ -16,9 +16,15 @@ pub const WARM_UP_FRAMES: usize = 4;
 pub struct RunResults {
     pub schema: u32,
     pub scene: SceneInfo,
+    /// Camera path: `walk-in`, `orbit` or a file's name.
+    #[serde(default)]
+    pub path: String,
     pub method: String,
     /// `None` for a method without modes.
     pub mode: Option<String>,
+    /// What the method claims in this mode: `exact` or `approximate`.
+    #[serde(default)]
+    pub exactness: String,
     /// The method's knobs that were turned.
     pub knobs: BTreeMap<String, f64>,
     /// `published` or `adaptive`; `None` for a method without groups.
@@ -28,13 +34,41 @@ pub struct RunResults {
     /// Width and height, pixels.
     pub size: [u32; 2],
     pub frames: u32,
+    /// How often every frame was timed.
+    #[serde(default = "once")]
+    pub repeats: u32,
     /// `standard` or `reversed`.
     pub depth: String,
     pub adapter: AdapterInfo,
     pub paths: Paths,
     pub memory_bytes: Memory,
     pub warnings: Vec<Warning>,
+    /// Fragments per pixel of one frame; only where they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub overdraw: Option<Overdraw>,
     pub per_frame: Vec<Frame>,
+}
+
+const fn once() -> u32 {
+    1
+}
+
+/// Fragments of the geometry that passed the depth test when they were drawn, per pixel of one frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Overdraw {
+    /// Which frame, from 0.
+    pub frame: u32,
+    /// Fragments of the frame.
+    pub fragments: u64,
+    /// Pixels with any.
+    pub covered_pixels: u64,
+    /// Width and height of the map, cells.
+    pub map_size: [u32; 2],
+    /// Pixels along an edge of a cell.
+    pub cell_px: u32,
+    /// The map: a greyscale PNG of 16 bits in base64. A value is the cell's mean number of fragments per pixel,
+    /// times 16.
+    pub map_png_base64: String,
 }
 
 /// The scene of a run.
@@ -147,10 +181,19 @@ pub struct Frame {
     /// Sizes of the sets.
     pub sets: SetSizes,
     /// From the first command recorded to the last one done, milliseconds.
+    ///
+    /// The median, where a frame was timed several times.
     pub frame_ms: f64,
     /// From the first stage's begin to the last one's end by the device's clock; `None` where it is not used.
     pub gpu_ms: Option<f64>,
-    /// Milliseconds per stage, from a replay that waits at each stage unless the device's clock is used.
+    /// What `frame_ms` is the median of, in the order it was measured; empty where the frame was timed once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub frame_samples_ms: Vec<f64>,
+    /// What `gpu_ms` is the median of, likewise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gpu_samples_ms: Vec<f64>,
+    /// Milliseconds per stage, from a replay that waits at each stage unless the device's clock is used; the mean of
+    /// several such replays.
     pub stages_ms: BTreeMap<String, f64>,
     /// Work done.
     pub counters: Counters,
@@ -185,6 +228,33 @@ pub struct Counters {
 }
 
 impl RunResults {
+    /// Method and mode in words, then what is not as published: grouping, tree, knobs.
+    pub fn label(&self) -> String {
+        crate::run::label(
+            &self.method,
+            self.mode.as_deref(),
+            self.grouping.as_deref(),
+            self.split.as_deref(),
+            (self.knobs.iter()).map(|(name, value)| (name.as_str(), *value)),
+        )
+    }
+
+    /// The [`label`](Self::label) without knobs: what the settings of a sweep have in common.
+    pub fn series(&self) -> String {
+        crate::run::label(
+            &self.method,
+            self.mode.as_deref(),
+            self.grouping.as_deref(),
+            self.split.as_deref(),
+            std::iter::empty(),
+        )
+    }
+
+    /// Whether the method claims to draw the right image.
+    pub fn is_exact(&self) -> bool {
+        self.exactness == crate::registry::Exactness::Exact.name()
+    }
+
     /// The JSON text.
     pub fn to_json(&self) -> String {
         let mut json = serde_json::to_string_pretty(self).expect("results become JSON");
@@ -233,6 +303,8 @@ pub(crate) mod tests {
             },
             frame_ms,
             gpu_ms: None,
+            frame_samples_ms: Vec::new(),
+            gpu_samples_ms: Vec::new(),
             stages_ms: [("pack".to_owned(), 0.25)].into(),
             counters: Counters {
                 draws: Some(5),
@@ -247,13 +319,16 @@ pub(crate) mod tests {
                 triangles: 120,
                 file_bytes: 4096,
             },
+            path: "walk-in".into(),
             method: "hroc".into(),
             mode: Some("of".into()),
+            exactness: "exact".into(),
             knobs: [("late-margin".to_owned(), 0.5)].into(),
             grouping: Some("adaptive".into()),
             split: Some("sah".into()),
             size: [64, 36],
             frames: 6,
+            repeats: 1,
             depth: "reversed".into(),
             adapter: AdapterInfo {
                 name: "a".into(),
@@ -273,6 +348,7 @@ pub(crate) mod tests {
                 method: 4,
             },
             warnings: vec![Warning::EmptyScene, Warning::NoWarmUp { frames: 2 }],
+            overdraw: None,
             per_frame: [100.0, 100.0, 100.0, 100.0, 2.0, 4.0].map(frame).to_vec(),
         }
     }
@@ -302,7 +378,7 @@ pub(crate) mod tests {
         for (at, expected) in [
             (
                 "",
-                "schema scene method mode knobs grouping split size frames depth adapter paths memory_bytes warnings per_frame",
+                "schema scene path method mode exactness knobs grouping split size frames repeats depth adapter paths memory_bytes warnings per_frame",
             ),
             ("/scene", "name objects triangles file_bytes"),
             ("/adapter", "name driver backend"),

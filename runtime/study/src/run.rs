@@ -1,73 +1,42 @@
-//! A run: one method over the frames of a camera path, replayed once per question so that no answer disturbs
+//! A run: contenders over the frames of a camera path, replayed once per question so that no answer disturbs
 //! another. Every replay starts without history.
 //!
-//! 1. *Timed*: whole frames by the host's clock, nothing else between them.
-//! 2. *Staged*: with timestamps of the device ([`GpuStageClock`]) or, where these cannot be trusted, waits
+//! 1. *Observed*: the sets, the images, and the check against the truth.
+//! 2. *Timed*: whole frames by the host's clock, nothing else between them.
+//! 3. *Staged*: with timestamps of the device ([`GpuStageClock`]) or, where these cannot be trusted, waits
 //!    ([`StageClock`]) round each stage.
-//! 3. *Observed*: the sets, the images, and the check against the truth.
-//! 4. *Counted*: the method with its work counters on, which slow it down; only where it has any.
+//! 4. *Counted*: the method with its work counters on, which slow it down, and the overdraw of one frame; only where
+//!    there is anything to count.
+//!
+//! In every replay all contenders draw a frame, each with a history of its own, before any draws the next one: a
+//! machine that gets slower hurts all of them alike. Who begins changes from frame to frame.
+//!
+//! [`GpuStageClock`]: crate::gpu_clock::GpuStageClock
+//! [`StageClock`]: crate::stage_clock::StageClock
 
 mod bench;
+mod contender;
+mod entrant;
 mod frame_sets;
+pub(crate) mod overdraw;
+mod replays;
 mod true_frames;
 
-use std::time::Instant;
-
 use hroc_format::{ArchivedScene, BakedScene};
-use hroc_runtime::{DepthConvention, DeviceProfile, Grouping, Tree, readback};
 use indicatif::ProgressBar;
 
-use self::bench::Bench;
-use self::frame_sets::FrameSets;
-use self::true_frames::{TrueFrame, TrueFrames};
-use crate::camera_path::CameraPath;
-use crate::check::FrameCheck;
-use crate::error::StudyError;
-use crate::frustum::Frustum;
-use crate::gpu::Gpu;
-use crate::gpu_clock::{ClockChoice, GpuStageClock};
-use crate::id_set::IdSet;
-use crate::image::{Image, ImageCopy};
-use crate::registry::{Knobs, Method, Mode};
-use crate::results::{
-    AdapterInfo, Frame, Memory, Paths, RunResults, SCHEMA, SceneInfo, WARM_UP_FRAMES, Warning,
-};
-use crate::stage_clock::StageClock;
-use crate::targets::FrameTargets;
-use crate::truth::TruthCache;
+pub(crate) use self::contender::label;
+pub use self::contender::{Contender, Course};
 
-/// What to run.
-#[derive(Debug)]
-pub struct RunOptions {
-    /// Which method.
-    pub method: &'static Method,
-    /// One of its modes.
-    pub mode: &'static Mode,
-    /// The method's knobs.
-    pub knobs: Knobs,
-    /// The device's paths, as probed or as forced.
-    pub profile: DeviceProfile,
-    /// How coarse the groups are, for a method that groups.
-    pub grouping: Grouping,
-    /// The split rule of the tree, for a method that reads one.
-    pub split: String,
-    /// Where the frames are seen from.
-    pub path: CameraPath,
-    /// How many, spread evenly over the path.
-    pub frames: u32,
-    /// Width and height, pixels.
-    pub size: [u32; 2],
-    /// How depth is stored.
-    pub depth: DepthConvention,
-    /// What times the stages.
-    pub clock: ClockChoice,
-    /// Compare each frame with the truth.
-    pub check: bool,
-    /// Leave out the replays that time and count work.
-    pub untimed: bool,
-    /// Where the truth is kept between runs, if anywhere.
-    pub truth_cache: Option<TruthCache>,
-}
+use self::bench::Bench;
+use self::entrant::Entrant;
+use crate::error::StudyError;
+use crate::gpu::Gpu;
+use crate::image::Image;
+use crate::results::{
+    AdapterInfo, Memory, Paths, RunResults, SCHEMA, SceneInfo, WARM_UP_FRAMES, Warning,
+};
+use crate::targets::FrameTargets;
 
 /// A finished frame of the observed replay.
 #[derive(Debug)]
@@ -80,67 +49,93 @@ pub struct FrameView<'a> {
     pub targets: &'a FrameTargets,
 }
 
-/// Runs a method over `baked`; `view` is shown each frame once.
+/// Shown each frame of the observed replay.
+pub type View<'a> = dyn FnMut(&FrameView<'_>) -> Result<(), StudyError> + 'a;
+
+/// Runs one contender over `baked`; `view` is shown each frame once.
 ///
 /// # Errors
 /// If the scene does not fit the method or the device, a camera is degenerate, or the device fails.
 pub fn run(
     gpu: &Gpu,
     baked: &BakedScene,
-    options: &RunOptions,
+    course: &Course,
+    contender: &Contender,
     progress: &ProgressBar,
-    view: &mut dyn FnMut(&FrameView<'_>) -> Result<(), StudyError>,
+    view: &mut View<'_>,
 ) -> Result<RunResults, StudyError> {
-    let mut bench = Bench::new(gpu, baked, options)?;
-    let counts_work = options.method.counts_work && !options.untimed;
-    let replays = if options.untimed {
-        1
-    } else {
-        3 + u64::from(counts_work)
-    } + u64::from(options.method.is_told);
-    progress.set_length(u64::from(options.frames) * replays);
+    let contenders = std::slice::from_ref(contender);
+    let mut results = run_all(gpu, baked, course, contenders, progress, view)?;
+    results.pop().expect("a result for each contender")
+}
 
-    let mut frames = vec![Frame::default(); options.frames as usize];
-    if options.method.is_told {
-        progress.set_message("recording");
-        bench.record(progress)?;
+/// Runs contenders side by side over `baked`. One that cannot run or fails has its reason in the place of its results,
+/// and the others go on.
+///
+/// # Errors
+/// If nobody can run: the scene does not fit the device, a camera is degenerate, `view` fails, or the device is lost.
+pub fn run_all(
+    gpu: &Gpu,
+    baked: &BakedScene,
+    course: &Course,
+    contenders: &[Contender],
+    progress: &ProgressBar,
+    view: &mut View<'_>,
+) -> Result<Vec<Result<RunResults, StudyError>>, StudyError> {
+    let mut bench = Bench::new(gpu, baked, course)?;
+    let mut entrants = Vec::new();
+    for contender in contenders {
+        let mut entrant = Entrant::new(contender, course.frames);
+        if let Err(error) = bench.admit(contender) {
+            entrant.fail(gpu, error)?;
+        }
+        entrants.push(entrant);
     }
-    if !options.untimed {
-        progress.set_message("timing");
-        bench.replay_timed(&mut frames, progress)?;
-        progress.set_message("timing stages");
-        bench.replay_staged(&mut frames, progress)?;
+    progress.set_length(
+        replays::count(course, contenders) * u64::from(course.frames) * contenders.len() as u64,
+    );
+    progress.set_position(0);
+
+    let mut warnings = bench.replay_observed(&mut entrants, progress, view)?;
+    for round in 0..course.repeats {
+        bench.replay_timed(&mut entrants, round, progress)?;
+        bench.replay_staged(&mut entrants, round, progress)?;
     }
-    progress.set_message(if options.check {
-        "checking"
-    } else {
-        "reading sets"
-    });
-    let (memory_bytes, mut warnings) = bench.replay_observed(&mut frames, progress, view)?;
-    if counts_work {
-        progress.set_message("counting work");
-        bench.replay_counted(&mut frames, progress)?;
-    }
+    bench.replay_counted(&mut entrants, progress)?;
     gpu.check()?;
-    warnings.extend(warnings_of(gpu, baked.scene(), options));
-    Ok(RunResults {
+
+    warnings.extend(warnings_of(gpu, baked.scene(), course));
+    let finish =
+        |entrant: Entrant<'_>| entrant.finish(|entrant| results(&bench, &warnings, entrant));
+    Ok(entrants.into_iter().map(finish).collect())
+}
+
+fn results(bench: &Bench<'_>, warnings: &[Warning], entrant: Entrant<'_>) -> RunResults {
+    let (gpu, course, contender) = (bench.gpu, bench.course, entrant.contender);
+    let scene = bench.baked.scene();
+    let [geometry, objects] = bench.scene.memory_bytes();
+    let tree = bench.tree(contender);
+    RunResults {
         schema: SCHEMA,
         scene: SceneInfo {
-            name: baked.scene().name.as_str().to_owned(),
-            objects: baked.scene().objects.len(),
-            triangles: baked.scene().drawn_triangle_count(),
-            file_bytes: baked.file_bytes().len() as u64,
+            name: course.scene_name.clone(),
+            objects: scene.objects.len(),
+            triangles: scene.drawn_triangle_count(),
+            file_bytes: bench.baked.file_bytes().len() as u64,
         },
-        method: options.method.name.to_owned(),
-        mode: (!options.mode.name.is_empty()).then(|| options.mode.name.to_owned()),
-        knobs: (options.knobs.turned().iter())
+        path: course.path_name.clone(),
+        method: contender.method.name.to_owned(),
+        mode: (!contender.mode.name.is_empty()).then(|| contender.mode.name.to_owned()),
+        exactness: contender.mode.exactness.name().to_owned(),
+        knobs: (contender.knobs.turned().iter())
             .map(|&(name, value)| (name.to_owned(), value))
             .collect(),
-        grouping: (options.method.uses_tree).then(|| options.grouping.name().to_owned()),
-        split: options.method.uses_tree.then(|| options.split.clone()),
-        size: options.size,
-        frames: options.frames,
-        depth: options.depth.name().to_owned(),
+        grouping: (contender.method.groups).then(|| contender.grouping.name().to_owned()),
+        split: tree.map(|_| contender.split.clone()),
+        size: course.size,
+        frames: course.frames,
+        repeats: course.repeats,
+        depth: course.depth.name().to_owned(),
         adapter: AdapterInfo {
             name: gpu.info.name.clone(),
             driver: format!("{} {}", gpu.info.driver, gpu.info.driver_info)
@@ -149,9 +144,9 @@ pub fn run(
             backend: gpu.info.backend.to_str().to_owned(),
         },
         paths: Paths {
-            submission: options.profile.submission.name().to_owned(),
-            early_z: options.profile.early_z.name().to_owned(),
-            subpixel_step_px: options.profile.subpixel_step_px,
+            submission: course.profile.submission.name().to_owned(),
+            early_z: course.profile.early_z.name().to_owned(),
+            subpixel_step_px: course.profile.subpixel_step_px,
             clock: if bench.gpu_clock.is_some() {
                 "gpu"
             } else {
@@ -159,182 +154,28 @@ pub fn run(
             }
             .to_owned(),
         },
-        memory_bytes,
-        warnings,
-        per_frame: frames,
-    })
+        memory_bytes: Memory {
+            geometry,
+            objects,
+            tree: tree.map_or(0, hroc_runtime::Tree::memory_bytes),
+            method: entrant.method_bytes,
+        },
+        warnings: warnings.to_vec(),
+        overdraw: entrant.overdraw,
+        per_frame: entrant.frames,
+    }
 }
 
-fn warnings_of(gpu: &Gpu, scene: &ArchivedScene, options: &RunOptions) -> Vec<Warning> {
+fn warnings_of(gpu: &Gpu, scene: &ArchivedScene, course: &Course) -> Vec<Warning> {
     let software = gpu.info.device_type == wgpu::DeviceType::Cpu;
     let warnings = [
         software.then(|| Warning::SoftwareAdapter {
             adapter: gpu.info.name.clone(),
         }),
-        (options.frames as usize <= WARM_UP_FRAMES).then_some(Warning::NoWarmUp {
-            frames: options.frames,
+        (course.frames as usize <= WARM_UP_FRAMES).then_some(Warning::NoWarmUp {
+            frames: course.frames,
         }),
         scene.objects.is_empty().then_some(Warning::EmptyScene),
     ];
     warnings.into_iter().flatten().collect()
-}
-
-impl Bench<'_> {
-    /// Fills in `frame_ms`.
-    fn replay_timed(
-        &mut self,
-        frames: &mut [Frame],
-        progress: &ProgressBar,
-    ) -> Result<(), StudyError> {
-        let mut method = self.method(false)?;
-        for (number, frame) in (0..).zip(frames) {
-            let began = Instant::now();
-            let mut encoder = self.gpu.encoder();
-            self.encode(&mut *method, number, &mut encoder, None)?;
-            self.gpu.submit_and_wait(encoder)?;
-            frame.frame_ms = began.elapsed().as_secs_f64() * 1e3;
-            progress.inc(1);
-        }
-        Ok(())
-    }
-
-    /// Fills in `stages_ms` and `gpu_ms`.
-    fn replay_staged(
-        &mut self,
-        frames: &mut [Frame],
-        progress: &ProgressBar,
-    ) -> Result<(), StudyError> {
-        let mut method = self.method(false)?;
-        // Out of the bench while it encodes.
-        let gpu_clock = self.gpu_clock.take();
-        for (number, frame) in (0..).zip(frames) {
-            let mut encoder = self.gpu.encoder();
-            let stages = if let Some(gpu_clock) = &gpu_clock {
-                let mut clock = GpuStageClock::new(gpu_clock);
-                self.encode(&mut *method, number, &mut encoder, Some(&mut clock))?;
-                clock.resolve(&mut encoder);
-                self.gpu.submit_and_wait(encoder)?;
-                let (stages, gpu_ms) = clock.read(self.gpu);
-                frame.gpu_ms = Some(gpu_ms);
-                stages
-            } else {
-                let mut clock = StageClock::new(self.gpu);
-                self.encode(&mut *method, number, &mut encoder, Some(&mut clock))?;
-                self.gpu.submit_and_wait(encoder)?;
-                clock.finish()?
-            };
-            for (stage, ms) in stages {
-                *frame.stages_ms.entry(stage.name().to_owned()).or_default() += ms;
-            }
-            progress.inc(1);
-        }
-        self.gpu_clock = gpu_clock;
-        Ok(())
-    }
-
-    /// Fills in the sets, the counters that follow from them, and the check.
-    fn replay_observed(
-        &mut self,
-        frames: &mut [Frame],
-        progress: &ProgressBar,
-        view: &mut dyn FnMut(&FrameView<'_>) -> Result<(), StudyError>,
-    ) -> Result<(Memory, Vec<Warning>), StudyError> {
-        let mut method = self.method(false)?;
-        let mut truth = self.options.check.then(|| TrueFrames::new(self));
-        for (number, frame) in (0..).zip(frames) {
-            // Before the method's own frame, as it is drawn into the same targets.
-            let true_frame = truth
-                .as_mut()
-                .map(|truth| truth.frame(self, number))
-                .transpose()?;
-            let mut encoder = self.gpu.encoder();
-            self.encode(&mut *method, number, &mut encoder, None)?;
-            let copy = ImageCopy::record(&self.gpu.device, &mut encoder, &self.targets);
-            self.gpu.submit_and_wait(encoder)?;
-            let image = copy.wait(&self.gpu.device);
-
-            let sets = FrameSets::read(self.gpu, &*method);
-            match &true_frame {
-                Some(truth) => {
-                    sets.describe(self.baked.scene(), &truth.visible, frame);
-                    self.check(number, truth, &image, &sets, frame)?;
-                }
-                None => sets.describe(self.baked.scene(), &image.visible(), frame),
-            }
-            view(&FrameView {
-                frame: number,
-                image: &image,
-                targets: &self.targets,
-            })?;
-            progress.inc(1);
-        }
-        let [geometry, objects] = self.scene.memory_bytes();
-        let memory = Memory {
-            geometry,
-            objects,
-            tree: self.tree.as_ref().map_or(0, Tree::memory_bytes),
-            method: method.memory_bytes(),
-        };
-        Ok((memory, truth.map_or_else(Vec::new, TrueFrames::finish)))
-    }
-
-    fn check(
-        &self,
-        number: u32,
-        truth: &TrueFrame,
-        image: &Image,
-        sets: &FrameSets,
-        frame: &mut Frame,
-    ) -> Result<(), StudyError> {
-        let shape = &self.scene.shape;
-        let clip = self
-            .camera(number)
-            .clip_from_world(
-                self.options.depth,
-                self.options.size,
-                shape.origin,
-                shape.radius,
-            )
-            .map_err(|source| StudyError::Camera {
-                frame: number,
-                source,
-            })?;
-        let frustum = Frustum::new(&clip);
-        let bounds = self.baked.scene().object_bounds.iter().zip(0..);
-        let meeting = bounds.filter(|(bounds, _)| frustum.meets(&bounds.to_native()));
-        let in_frustum = meeting.map(|(_, id)| id).collect::<IdSet>();
-
-        let drawn = sets.drawn.all();
-        let check = FrameCheck::new(&truth.image, image, &truth.visible, &drawn);
-        let hidden = in_frustum.minus(&truth.visible);
-        let culled = hidden.minus(&drawn);
-        frame.visible = Some(check.visible);
-        frame.in_frustum = Some(in_frustum.len());
-        frame.wrong_pixels = Some(check.wrong_pixels);
-        frame.false_negatives = Some(check.false_negatives);
-        frame.depth_ties = Some(check.depth_ties);
-        frame.cull_rate = (!hidden.is_empty()).then(|| culled.len() as f64 / hidden.len() as f64);
-        Ok(())
-    }
-
-    /// Fills in the counters that only an instrumented method has.
-    fn replay_counted(
-        &mut self,
-        frames: &mut [Frame],
-        progress: &ProgressBar,
-    ) -> Result<(), StudyError> {
-        let mut method = self.method(true)?;
-        for (number, frame) in (0..).zip(frames) {
-            let mut encoder = self.gpu.encoder();
-            self.encode(&mut *method, number, &mut encoder, None)?;
-            self.gpu.submit_and_wait(encoder)?;
-            if let Some(work) = method.sets().work {
-                let work = readback::words(&self.gpu.device, &self.gpu.queue, work);
-                frame.counters.rays = Some(u64::from(work[0]));
-                frame.counters.ray_box_tests = Some(u64::from(work[1]));
-            }
-            progress.inc(1);
-        }
-        Ok(())
-    }
 }

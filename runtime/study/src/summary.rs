@@ -1,6 +1,8 @@
 //! A run in a few lines for people.
 
+use crate::metrics;
 use crate::results::{Frame, RunResults};
+use crate::statistics::percentile;
 use crate::table::markdown;
 
 /// Markdown: what ran, a table of averages and percentiles over the steady frames, the warnings.
@@ -34,16 +36,13 @@ pub fn markdown_summary(results: &RunResults) -> String {
 
 fn rows(results: &RunResults) -> Vec<[String; 2]> {
     let frames = results.steady_frames();
-    let objects = results.scene.objects as f64;
-    let mean = |value: &dyn Fn(&Frame) -> Option<f64>| mean(frames.iter().map(value));
+    let mean = |value: &dyn Fn(&Frame) -> Option<f64>| metrics::mean_over(results, value);
     let count = |value: fn(&Frame) -> Option<usize>| {
         number(mean(&|frame| value(frame).map(|count| count as f64)))
     };
     let work = |value: fn(&Frame) -> Option<u64>| {
         number(mean(&|frame| value(frame).map(|count| count as f64)))
     };
-    let culled = |frame: &Frame| frame.pvs.map(|pvs| objects - pvs as f64);
-    let cullable = |frame: &Frame| frame.visible.map(|visible| objects - visible as f64);
     let times = frames
         .iter()
         .map(|frame| frame.frame_ms)
@@ -97,15 +96,15 @@ fn rows(results: &RunResults) -> Vec<[String; 2]> {
         ),
         (
             "C/N (culled / all)".to_owned(),
-            share(mean(&|frame| ratio(culled(frame)?, objects))),
+            share(metrics::culled_of_all(results)),
         ),
         (
             "C/R (culled / hidden)".to_owned(),
-            share(mean(&|frame| ratio(culled(frame)?, cullable(frame)?))),
+            share(metrics::culled_of_hidden(results)),
         ),
         (
             "culled / hidden, in the frustum".to_owned(),
-            share(mean(&|frame| frame.cull_rate)),
+            share(metrics::cull_rate_in_frustum(results)),
         ),
     ]);
     if let Some([wrong_pixels, false_negatives]) = results.errors() {
@@ -138,26 +137,6 @@ fn rows(results: &RunResults) -> Vec<[String; 2]> {
 /// Rows without a value are left out.
 const ABSENT: &str = "";
 
-fn ratio(a: f64, b: f64) -> Option<f64> {
-    (b > 0.0).then(|| a / b)
-}
-
-/// Mean of the values there are; `None` if there is none.
-fn mean(values: impl Iterator<Item = Option<f64>>) -> Option<f64> {
-    let (sum, count) = values
-        .flatten()
-        .fold((0.0, 0u32), |(sum, count), value| (sum + value, count + 1));
-    (count > 0).then(|| sum / f64::from(count))
-}
-
-/// The smallest value that at least the share `p` of all values do not exceed (nearest rank).
-pub fn percentile(values: &[f64], p: f64) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let rank = (p * sorted.len() as f64).ceil() as usize;
-    sorted.get(rank.max(1) - 1).copied()
-}
-
 fn milliseconds(value: Option<f64>) -> String {
     value.map_or(ABSENT.to_owned(), |value| format!("{value:.3}"))
 }
@@ -174,16 +153,6 @@ fn share(value: Option<f64>) -> String {
 mod tests {
     use super::*;
     use crate::results::tests::sample;
-
-    #[test]
-    fn percentiles_are_values_of_the_sample() {
-        let values = [5.0, 1.0, 4.0, 2.0, 3.0];
-        assert_eq!(
-            [0.0, 0.5, 0.8, 0.81, 0.99, 1.0].map(|p| percentile(&values, p).unwrap()),
-            [1.0, 3.0, 4.0, 5.0, 5.0, 5.0]
-        );
-        assert_eq!(percentile(&[], 0.5), None);
-    }
 
     #[test]
     fn the_summary_holds_the_figures_of_the_steady_frames() {

@@ -59,7 +59,7 @@ impl TruthKey {
 }
 
 /// The folder of entries.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct TruthCache {
     folder: PathBuf,
     max_bytes: u64,

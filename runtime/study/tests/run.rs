@@ -8,9 +8,9 @@ use hroc_study::camera_path::orbit;
 use hroc_study::error::{StudyError, exit};
 use hroc_study::gpu::{Gpu, GpuOptions};
 use hroc_study::gpu_clock::ClockChoice;
-use hroc_study::registry::{Exactness, Knobs, Method, Mode, method};
+use hroc_study::registry::{Exactness, Method, Mode, method};
 use hroc_study::results::RunResults;
-use hroc_study::run::{RunOptions, run};
+use hroc_study::run::{Contender, Course, run};
 use indicatif::ProgressBar;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
@@ -26,6 +26,7 @@ const FORGETFUL: Method = Method {
     }],
     knobs: &[],
     uses_tree: false,
+    groups: false,
     is_told: false,
     counts_work: false,
     make: |parts| {
@@ -54,25 +55,30 @@ fn checked_in(method: &'static Method, mode: &'static Mode) -> Result<RunResults
         ..Default::default()
     };
     let gpu = Gpu::open(&gpu_options).expect("HROC_SKIP_GPU=1 skips this");
-    let options = RunOptions {
-        method,
-        mode,
-        knobs: Knobs::default(),
-        profile: gpu.profile.clone(),
-        grouping: hroc_runtime::Grouping::default(),
-        split: "sah".into(),
+    let course = Course {
+        scene_name: "rooms".into(),
+        path_name: "orbit".into(),
         path: orbit(baked.scene()),
         frames: 5,
         size: [96, 54],
         depth: DepthConvention::default(),
+        profile: gpu.profile.clone(),
         clock: ClockChoice::Wall,
         check: true,
-        untimed: false,
+        repeats: 1,
+        overdraw_frame: None,
         truth_cache: None,
     };
-    run(&gpu, &baked, &options, &ProgressBar::hidden(), &mut |_| {
-        Ok(())
-    })
+    let contender = Contender::new(method, mode);
+    let progress = ProgressBar::hidden();
+    run(
+        &gpu,
+        &baked,
+        &course,
+        &contender,
+        &progress,
+        &mut |_| Ok(()),
+    )
 }
 
 #[test]

@@ -4,10 +4,10 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use hroc_runtime::{DepthConvention, DeviceProfile, EarlyZ, Grouping, Submission, readback};
+use hroc_runtime::{DeviceProfile, EarlyZ, Grouping, Submission, readback};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Destination, JsonOutput, camera_path, open_scene, to_stdout};
+use super::{Depth, Destination, JsonOutput, camera_path, open_scene, path_name, to_stdout};
 use crate::error::{StudyError, exit};
 use crate::gpu::{Gpu, GpuError, GpuOptions};
 use crate::gpu_clock::ClockChoice;
@@ -15,7 +15,7 @@ use crate::npy;
 use crate::output::{self, OutputFile};
 use crate::registry::{self, Exactness};
 use crate::results::RunResults;
-use crate::run::{FrameView, RunOptions, run as run_method};
+use crate::run::{Contender, Course, FrameView, run as run_contender};
 use crate::summary::markdown_summary;
 use crate::truth::TruthCache;
 
@@ -34,7 +34,7 @@ pub(super) struct RunArguments {
     #[arg(long, value_name = "NAME=VALUE")]
     knob: Vec<String>,
     /// How coarse the groups of bounds are that hroc tests at once.
-    #[arg(long, value_enum, default_value_t = GroupingName::Published)]
+    #[arg(long, value_enum, default_value_t = GroupingName::Adaptive)]
     grouping: GroupingName,
     /// The tree to use, by the split rule that built it: sah, middle, equal-count, or what was baked.
     #[arg(long, default_value = "sah")]
@@ -123,14 +123,6 @@ enum EarlyZName {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Depth {
-    /// Near 0, far 1.
-    Standard,
-    /// Near 1, far 0.
-    Reversed,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
 enum Clock {
     /// The device's if it passes a test, else the host's.
     Auto,
@@ -178,7 +170,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
         .truth_cache
         .clone()
         .or_else(TruthCache::default_folder);
-    let options = RunOptions {
+    let contender = Contender {
         method,
         mode,
         knobs,
@@ -188,28 +180,30 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
                 box_cost: profile.measure_box_cost(&gpu.device, &gpu.queue),
             },
         },
-        profile,
         split: arguments.split.clone(),
+    };
+    let course = Course {
+        scene_name: baked.scene().name.as_str().to_owned(),
+        path_name: path_name(&arguments.path),
         path,
         frames: arguments.frames,
         size: arguments.size,
-        depth: match arguments.depth {
-            Depth::Standard => DepthConvention::Standard,
-            Depth::Reversed => DepthConvention::Reversed,
-        },
+        depth: arguments.depth.convention(),
+        profile,
         clock: match arguments.clock {
             Clock::Auto => ClockChoice::Auto,
             Clock::Wall => ClockChoice::Wall,
             Clock::Gpu => ClockChoice::Gpu,
         },
         check: arguments.check,
-        untimed: arguments.untimed,
+        repeats: u32::from(!arguments.untimed),
+        overdraw_frame: None,
         truth_cache: truth_folder
             .filter(|_| !arguments.no_truth_cache)
             .map(TruthCache::new),
     };
     let progress = progress_bar("frames");
-    let results = run_method(&gpu, &baked, &options, &progress, &mut |view| {
+    let results = run_contender(&gpu, &baked, &course, &contender, &progress, &mut |view| {
         outputs.frame(&gpu, view)
     });
     progress.finish_and_clear();

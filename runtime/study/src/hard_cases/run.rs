@@ -244,7 +244,7 @@ impl<'a> Stage<'a> {
         let groupings = [Grouping::Published, Grouping::Adaptive { box_cost: 64.0 }];
         let (profiles, groupings) = match paths {
             [] => (vec![self.gpu.profile.clone()], vec![Grouping::default()]),
-            paths if method.uses_tree => (paths.to_vec(), groupings.to_vec()),
+            paths if method.groups => (paths.to_vec(), groupings.to_vec()),
             paths => (paths.to_vec(), vec![Grouping::default()]),
         };
         let trees = if method.uses_tree {
@@ -434,7 +434,7 @@ impl Variant<'_> {
             method: self.method.name.to_owned(),
             mode: (!self.mode.name.is_empty()).then(|| self.mode.name.to_owned()),
             split: self.tree.map(|tree| tree.split.clone()),
-            grouping: (self.tree.is_some()).then(|| self.grouping.name().to_owned()),
+            grouping: (self.method.groups).then(|| self.grouping.name().to_owned()),
             submission: self.profile.submission.name().to_owned(),
             early_z: self.profile.early_z.name().to_owned(),
             depth: depth.name().to_owned(),

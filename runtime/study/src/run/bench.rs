@@ -1,13 +1,13 @@
-//! What all replays of a run share.
+//! What all contenders of a run share on the device.
+
+use std::collections::BTreeMap;
 
 use hroc_format::BakedScene;
 use hroc_methods::Recorded;
 use hroc_runtime::{Camera, CullingMethod, FrameContext, Scene, StageObserver, Tree};
 
-use indicatif::ProgressBar;
-
-use super::RunOptions;
-use super::true_frames::TrueFrames;
+use super::contender::{Contender, Course};
+use super::overdraw::OverdrawTarget;
 use crate::camera_path::Cameras;
 use crate::drawer::ObjectDrawer;
 use crate::error::StudyError;
@@ -17,68 +17,98 @@ use crate::id_set::IdSet;
 use crate::registry::{Parts, feature_names};
 use crate::targets::FrameTargets;
 
-/// A scene on the device, with targets and rendering: what all replays share.
+/// A scene on the device with its trees, targets and rendering. There is one of each, whoever draws.
 pub(super) struct Bench<'a> {
     pub(super) gpu: &'a Gpu,
     pub(super) baked: &'a BakedScene,
-    pub(super) options: &'a RunOptions,
+    pub(super) course: &'a Course,
     pub(super) scene: Scene,
-    pub(super) tree: Option<Tree>,
+    trees: BTreeMap<String, Tree>,
     pub(super) targets: FrameTargets,
-    pub(super) drawer: ObjectDrawer,
+    drawer: ObjectDrawer,
+    pub(super) overdraw: Option<OverdrawTarget>,
     pub(super) gpu_clock: Option<GpuClock>,
-    /// For a method that is told what shows: the sets of all frames, and the one it reads.
-    recording: Vec<IdSet>,
+    /// For methods that are told what shows: the sets of the frames so far, and the one they read.
+    pub(super) recording: Vec<IdSet>,
     recorded: Recorded,
+}
+
+/// How a frame is drawn.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Output {
+    Color,
+    /// Into the target that counts fragments.
+    FragmentCount,
 }
 
 impl<'a> Bench<'a> {
     pub(super) fn new(
         gpu: &'a Gpu,
         baked: &'a BakedScene,
-        options: &'a RunOptions,
+        course: &'a Course,
     ) -> Result<Self, StudyError> {
-        let missing = options.method.features - gpu.device.features();
-        if !missing.is_empty() {
-            return Err(StudyError::Gpu(GpuError::MethodUnfit {
-                method: options.method.name,
-                features: feature_names(missing),
-                adapter: gpu.info.name.clone(),
-            }));
-        }
-        gpu.check_size(options.size)?;
-        let upload_tree = || Tree::upload(&gpu.device, baked.scene(), &options.split);
-        let tree = options.method.uses_tree.then(upload_tree).transpose()?;
-        let scene = Scene::upload(&gpu.device, &options.profile, baked.scene())?;
-        let targets = FrameTargets::new(&gpu.device, options.size);
-        let drawer = ObjectDrawer::new(&gpu.device, &scene, &targets, options.depth);
-        let gpu_clock = GpuClock::choose(gpu, options.clock)?;
+        gpu.check_size(course.size)?;
+        let scene = Scene::upload(&gpu.device, &course.profile, baked.scene())?;
+        let targets = FrameTargets::new(&gpu.device, course.size);
+        let drawer = ObjectDrawer::new(&gpu.device, &scene, &targets, course.depth);
+        let overdraw = course
+            .overdraw_frame
+            .map(|_| OverdrawTarget::new(&gpu.device, &scene, course));
+        let gpu_clock = GpuClock::choose(gpu, course.clock)?;
         gpu.check()?;
         Ok(Self {
             gpu,
             baked,
-            options,
+            course,
             scene,
-            tree,
+            trees: BTreeMap::new(),
             targets,
             drawer,
+            overdraw,
             gpu_clock,
             recording: Vec::new(),
             recorded: Recorded::default(),
         })
     }
 
-    /// The method, without history.
-    pub(super) fn method(&self, count_work: bool) -> Result<Box<dyn CullingMethod>, StudyError> {
-        let method = (self.options.method.make)(&Parts {
+    /// Makes sure that `contender` can run here, and that its tree is on the device.
+    pub(super) fn admit(&mut self, contender: &Contender) -> Result<(), StudyError> {
+        let missing = contender.method.features - self.gpu.device.features();
+        if !missing.is_empty() {
+            return Err(StudyError::Gpu(GpuError::MethodUnfit {
+                method: contender.method.name,
+                features: feature_names(missing),
+                adapter: self.gpu.info.name.clone(),
+            }));
+        }
+        if contender.method.uses_tree && !self.trees.contains_key(&contender.split) {
+            let tree = Tree::upload(&self.gpu.device, self.baked.scene(), &contender.split)?;
+            self.trees.insert(contender.split.clone(), tree);
+        }
+        Ok(self.gpu.check()?)
+    }
+
+    /// The tree of a contender that reads one.
+    pub(super) fn tree(&self, contender: &Contender) -> Option<&Tree> {
+        let uses_tree = contender.method.uses_tree;
+        uses_tree.then(|| self.trees.get(&contender.split))?
+    }
+
+    /// The method of `contender`, without history.
+    pub(super) fn method(
+        &self,
+        contender: &Contender,
+        count_work: bool,
+    ) -> Result<Box<dyn CullingMethod>, StudyError> {
+        let method = (contender.method.make)(&Parts {
             device: &self.gpu.device,
             scene: &self.scene,
-            tree: self.tree.as_ref(),
-            depth: self.options.depth,
-            mode: self.options.mode.name,
-            grouping: self.options.grouping,
-            knobs: &self.options.knobs,
             baked: self.baked.scene(),
+            tree: self.tree(contender),
+            depth: self.course.depth,
+            mode: contender.mode.name,
+            grouping: contender.grouping,
+            knobs: &contender.knobs,
             recorded: &self.recorded,
             count_work,
         });
@@ -86,20 +116,9 @@ impl<'a> Bench<'a> {
         Ok(method)
     }
 
-    /// Finds out what shows in each frame of the path.
-    pub(super) fn record(&mut self, progress: &ProgressBar) -> Result<(), StudyError> {
-        let mut truth = TrueFrames::new(self);
-        let recording = (0..self.options.frames).map(|frame| {
-            progress.inc(1);
-            Ok(truth.frame(self, frame)?.visible)
-        });
-        self.recording = recording.collect::<Result<_, StudyError>>()?;
-        Ok(())
-    }
-
     /// Where frame `frame` is seen from.
     pub(super) fn camera(&self, frame: u32) -> Camera {
-        self.options.path.frame(frame, self.options.frames)
+        self.course.path.frame(frame, self.course.frames)
     }
 
     /// Records frame `frame` of the path by `method` into `encoder`.
@@ -108,20 +127,25 @@ impl<'a> Bench<'a> {
         method: &mut dyn CullingMethod,
         frame: u32,
         encoder: &mut wgpu::CommandEncoder,
+        output: Output,
         observer: Option<&mut dyn StageObserver>,
     ) -> Result<(), StudyError> {
         let at = |source| StudyError::Camera { frame, source };
         let camera = self.camera(frame);
-        let Self { gpu, options, .. } = self;
+        let Self { gpu, course, .. } = self;
         if let Some(visible) = self.recording.get(frame as usize) {
             self.recorded.show(visible.words());
         }
-        self.drawer
+        let drawer = match (output, &mut self.overdraw) {
+            (Output::FragmentCount, Some(overdraw)) => &mut overdraw.drawer,
+            _ => &mut self.drawer,
+        };
+        drawer
             .set_camera(
                 &gpu.queue,
                 &camera,
-                options.depth,
-                options.size,
+                course.depth,
+                course.size,
                 &self.scene.shape,
             )
             .map_err(at)?;
@@ -138,6 +162,6 @@ impl<'a> Bench<'a> {
                 None => None,
             },
         };
-        method.encode(&mut context, &mut self.drawer).map_err(at)
+        method.encode(&mut context, drawer).map_err(at)
     }
 }

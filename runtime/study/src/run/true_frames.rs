@@ -2,7 +2,7 @@
 
 use hroc_runtime::{FrameUniform, Noc};
 
-use super::bench::Bench;
+use super::bench::{Bench, Output};
 use crate::blended_truth::BlendedTruth;
 use crate::drawer::ObjectDrawer;
 use crate::error::StudyError;
@@ -31,26 +31,26 @@ pub(super) struct TrueFrames<'a> {
 impl<'a> TrueFrames<'a> {
     /// For the frames of `bench`.
     pub(super) fn new(bench: &Bench<'a>) -> Self {
-        let (gpu, options) = (bench.gpu, bench.options);
+        let (gpu, course) = (bench.gpu, bench.course);
         let info = &gpu.info;
         let key = TruthKey::new(
-            options.size,
+            course.size,
             &[
                 &xxhash_rust::xxh3::xxh3_128(bench.baked.file_bytes()).to_le_bytes(),
                 ObjectDrawer::wgsl().as_bytes(),
-                options.depth.name().as_bytes(),
+                course.depth.name().as_bytes(),
                 info.name.as_bytes(),
                 info.driver.as_bytes(),
                 info.driver_info.as_bytes(),
                 info.backend.to_str().as_bytes(),
             ],
         );
-        let noc = Noc::new(&gpu.device, &bench.scene, options.depth);
-        let blended = BlendedTruth::new(gpu, bench.baked.scene(), &bench.scene, options.depth);
+        let noc = Noc::new(&gpu.device, &bench.scene, course.depth);
+        let blended = BlendedTruth::new(gpu, bench.baked.scene(), &bench.scene, course.depth);
         Self {
             noc,
             // What blended objects are held against is the frame in the targets, which a stored image is not.
-            cache: options.truth_cache.as_ref().filter(|_| blended.is_none()),
+            cache: course.truth_cache.as_ref().filter(|_| blended.is_none()),
             blended,
             key,
             stored: false,
@@ -79,19 +79,19 @@ impl<'a> TrueFrames<'a> {
     }
 
     fn image(&mut self, bench: &mut Bench<'_>, number: u32) -> Result<Image, StudyError> {
-        let (gpu, options) = (bench.gpu, bench.options);
+        let (gpu, course) = (bench.gpu, bench.course);
         let camera = bench.camera(number);
-        let uniform = FrameUniform::new(&camera, options.depth, options.size, &bench.scene.shape)
+        let uniform = FrameUniform::new(&camera, course.depth, course.size, &bench.scene.shape)
             .map_err(|source| StudyError::Camera {
-            frame: number,
-            source,
-        })?;
+                frame: number,
+                source,
+            })?;
         let frame = bytemuck::bytes_of(&uniform);
         if let Some(image) = self.cache.and_then(|cache| cache.load(&self.key, frame)) {
             return Ok(image);
         }
         let mut encoder = gpu.encoder();
-        bench.encode(&mut self.noc, number, &mut encoder, None)?;
+        bench.encode(&mut self.noc, number, &mut encoder, Output::Color, None)?;
         let copy = ImageCopy::record(&gpu.device, &mut encoder, &bench.targets);
         gpu.submit_and_wait(encoder)?;
         let image = copy.wait(&gpu.device);

@@ -1,0 +1,248 @@
+//! What `hroc compare` and `hroc study` have in common.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use hroc_format::BakedScene;
+use hroc_runtime::Grouping;
+
+use super::run::{parse_size, progress_bar};
+use super::{Depth, camera_path, open_scene, path_name, to_stdout};
+use crate::camera_path::CameraPath;
+use crate::compare::{Comparison, Kind, SceneTrees, Selection};
+use crate::error::{StudyError, exit};
+use crate::gpu::{Gpu, GpuOptions};
+use crate::gpu_clock::ClockChoice;
+use crate::report;
+use crate::run::Course;
+use crate::truth::TruthCache;
+
+/// Scenes, paths and what is done with each frame.
+#[derive(Debug, Args)]
+pub(super) struct CourseArguments {
+    /// Baked scenes.
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<PathBuf>,
+    /// Folder for the results and the report; made if it is not there.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Camera path: walk-in, orbit, or a file; may be given several times. walk-in if left out.
+    #[arg(long, value_name = "PATH")]
+    path: Vec<PathBuf>,
+    /// Frames, spread evenly over the path.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    frames: u32,
+    /// How often the path is replayed for its times.
+    #[arg(long, default_value_t = 3, value_name = "R", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    repeat: u32,
+    /// Width and height of the image, pixels.
+    #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
+    size: [u32; 2],
+    /// How depth is stored.
+    #[arg(long, value_enum, default_value_t = Depth::Reversed)]
+    depth: Depth,
+    /// Do not compare the frames with those where everything is drawn: nothing is known of errors then.
+    #[arg(long)]
+    no_check: bool,
+    /// Part of the name of the adapter to use; also read from WGPU_ADAPTER_NAME.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Where the images of no culling are kept for later checks; the user's cache folder if left out.
+    #[arg(long, value_name = "DIR", conflicts_with = "no_truth_cache")]
+    truth_cache: Option<PathBuf>,
+    /// Keep no images for later checks.
+    #[arg(long)]
+    no_truth_cache: bool,
+}
+
+/// `--groupings`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum GroupingName {
+    /// As published.
+    Published,
+    /// By the area on the screen.
+    Adaptive,
+}
+
+/// A scene with its name in reports and the paths through it.
+struct Entry {
+    name: String,
+    baked: BakedScene,
+    paths: Vec<(String, CameraPath)>,
+}
+
+impl CourseArguments {
+    /// Runs what `selection` selects and writes the report. `selection` gets its groupings here, as one of them is
+    /// measured on the device.
+    ///
+    /// `fits` refuses a scene. `overdraw` picks the frame whose overdraw is mapped.
+    pub(super) fn run(
+        &self,
+        kind: Kind,
+        mut selection: Selection,
+        groupings: &[GroupingName],
+        overdraw_frame: Option<u32>,
+        fits: impl Fn(&Path, &BakedScene) -> Result<(), StudyError>,
+    ) -> Result<u8, StudyError> {
+        let entries = self.entries(fits)?;
+        report::create(&self.output)?;
+        let features = selection.methods.iter().map(|method| method.features);
+        let gpu = Gpu::open(&GpuOptions {
+            adapter: self.adapter.clone(),
+            features: features.fold(wgpu::Features::empty(), |all, some| all | some),
+            validation: false,
+        })?;
+        gpu.check_size(self.size)?;
+        selection.groupings = groupings
+            .iter()
+            .map(|name| match name {
+                GroupingName::Published => Grouping::Published,
+                GroupingName::Adaptive => Grouping::Adaptive {
+                    box_cost: gpu.profile.measure_box_cost(&gpu.device, &gpu.queue),
+                },
+            })
+            .collect();
+
+        let mut comparison = Comparison::new(kind, command_line());
+        let progress = progress_bar("frames");
+        for entry in &entries {
+            let scene = entry.baked.scene();
+            let contenders = selection.contenders(scene);
+            if contenders
+                .iter()
+                .any(|contender| contender.method.uses_tree)
+            {
+                let splits = selection.splits.of(scene);
+                comparison
+                    .trees
+                    .push(SceneTrees::of(&entry.name, scene, &splits));
+            }
+            for (path_name, path) in &entry.paths {
+                let course = self.course(&gpu, &entry.name, path_name, path, overdraw_frame);
+                progress.set_prefix(format!("{}, {path_name}", entry.name));
+                comparison.run(&gpu, &entry.baked, &course, &contenders, &progress)?;
+                // What is done is not lost with the rest.
+                report::write_results(&self.output, &comparison)?;
+            }
+        }
+        progress.finish_and_clear();
+        finish(&self.output, &comparison)
+    }
+
+    fn course(
+        &self,
+        gpu: &Gpu,
+        scene_name: &str,
+        path_name: &str,
+        path: &CameraPath,
+        overdraw_frame: Option<u32>,
+    ) -> Course {
+        let truth_folder = self.truth_cache.clone().or_else(TruthCache::default_folder);
+        Course {
+            scene_name: scene_name.to_owned(),
+            path_name: path_name.to_owned(),
+            path: path.clone(),
+            frames: self.frames,
+            size: self.size,
+            depth: self.depth.convention(),
+            profile: gpu.profile.clone(),
+            clock: ClockChoice::Auto,
+            check: !self.no_check,
+            repeats: self.repeat,
+            overdraw_frame,
+            truth_cache: truth_folder
+                .filter(|_| !self.no_truth_cache)
+                .map(TruthCache::new),
+        }
+    }
+
+    /// How many frames there are.
+    pub(super) const fn frames(&self) -> u32 {
+        self.frames
+    }
+
+    fn entries(
+        &self,
+        fits: impl Fn(&Path, &BakedScene) -> Result<(), StudyError>,
+    ) -> Result<Vec<Entry>, StudyError> {
+        let walk_in = [PathBuf::from("walk-in")];
+        let paths = if self.path.is_empty() {
+            &walk_in[..]
+        } else {
+            &self.path
+        };
+        let names = names(&self.scenes);
+        let entry = |(file, name): (&PathBuf, String)| {
+            let baked = open_scene(file)?;
+            fits(file, &baked)?;
+            let path = |path: &PathBuf| Ok((path_name(path), camera_path(path, baked.scene())?));
+            let paths = paths.iter().map(path).collect::<Result<_, StudyError>>()?;
+            Ok(Entry { name, baked, paths })
+        };
+        self.scenes.iter().zip(names).map(entry).collect()
+    }
+}
+
+/// The files' names without ending, or the whole paths where two would be alike.
+fn names(files: &[PathBuf]) -> Vec<String> {
+    let stem = |file: &PathBuf| {
+        let stem = file.file_stem().unwrap_or(file.as_os_str());
+        stem.to_string_lossy().into_owned()
+    };
+    let name = |file: &PathBuf| match files
+        .iter()
+        .filter(|other| stem(other) == stem(file))
+        .count()
+    {
+        1 => stem(file),
+        _ => file.display().to_string(),
+    };
+    files.iter().map(name).collect()
+}
+
+/// What was typed, so that it can be typed again.
+fn command_line() -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_=./,:+@%".contains(c);
+    let quote = |word: String| match word.chars().all(plain) && !word.is_empty() {
+        true => word,
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    };
+    let words = std::env::args_os()
+        .skip(1)
+        .map(|word| quote(word.to_string_lossy().into_owned()));
+    ["hroc".to_owned()]
+        .into_iter()
+        .chain(words)
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Writes the renderings, tells where they are, and says how it went.
+pub(super) fn finish(folder: &Path, comparison: &Comparison) -> Result<u8, StudyError> {
+    report::write_renderings(folder, comparison)?;
+    to_stdout(&report::overview(comparison))?;
+    to_stdout(&format!(
+        "\nreport: {}\n",
+        folder.join(report::PAGE).display()
+    ))?;
+    Ok(if comparison.failed() {
+        exit::CHECK_FAILED
+    } else if comparison.runs.is_empty() {
+        // Each has told why.
+        exit::DEVICE
+    } else {
+        exit::GOOD
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_of_one_name_are_told_apart() {
+        let named = |files: &[&str]| names(&files.iter().map(PathBuf::from).collect::<Vec<_>>());
+        assert_eq!(named(&["a/x.hroc", "b/y.hroc"]), ["x", "y"]);
+        assert_eq!(named(&["a/x.hroc", "b/x.hroc"]), ["a/x.hroc", "b/x.hroc"]);
+    }
+}

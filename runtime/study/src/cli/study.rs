@@ -1,0 +1,93 @@
+//! `hroc study`.
+
+use std::path::Path;
+
+use clap::Args;
+use hroc_format::BakedScene;
+
+use super::course::{CourseArguments, GroupingName};
+use crate::compare::{Kind, Selection, Splits};
+use crate::error::StudyError;
+use crate::registry;
+use crate::study::BASE;
+
+/// Options of `hroc study`.
+#[derive(Debug, Args)]
+pub(super) struct StudyArguments {
+    #[command(flatten)]
+    course: CourseArguments,
+    /// Modes of hroc, or all.
+    #[arg(
+        long,
+        value_name = "NAME,..",
+        value_delimiter = ',',
+        default_value = "na,cr,of,cr-of"
+    )]
+    modes: Vec<String>,
+    /// How coarse the groups of bounds are.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "NAME,..",
+        value_delimiter = ',',
+        default_value = "published,adaptive"
+    )]
+    groupings: Vec<GroupingName>,
+    /// The trees to hold against sah, by the split rules that built them; all that were baked if left out.
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
+    split: Vec<String>,
+}
+
+pub(super) fn study(arguments: &StudyArguments) -> Result<u8, StudyError> {
+    let hroc = registry::method("hroc").map_err(StudyError::Usage)?;
+    let all_modes = arguments.modes.iter().any(|mode| mode == "all");
+    let mut splits = vec![BASE.to_owned()];
+    splits.extend(
+        arguments
+            .split
+            .iter()
+            .filter(|split| *split != BASE)
+            .cloned(),
+    );
+    splits.dedup();
+    let selection = Selection {
+        methods: vec![hroc],
+        modes: arguments
+            .modes
+            .iter()
+            .filter(|mode| *mode != "all")
+            .cloned()
+            .collect(),
+        all_modes,
+        groupings: Vec::new(),
+        splits: if splits.len() > 1 {
+            Splits::Named(splits)
+        } else {
+            Splits::Baked
+        },
+        sweep: false,
+    };
+    selection.check().map_err(StudyError::Usage)?;
+    let mut groupings = arguments.groupings.clone();
+    groupings.dedup();
+    arguments
+        .course
+        .run(Kind::Study, selection, &groupings, None, has_trees)
+}
+
+/// A study needs two trees, one of them SAH's.
+fn has_trees(file: &Path, baked: &BakedScene) -> Result<(), StudyError> {
+    let bvhs = &baked.scene().bvhs;
+    let names = bvhs
+        .iter()
+        .map(|bvh| bvh.split.as_str())
+        .collect::<Vec<_>>();
+    // Without objects there are no trees, nor anything to find out.
+    if (names.contains(&BASE) && names.len() > 1) || baked.scene().objects.is_empty() {
+        return Ok(());
+    }
+    Err(StudyError::FewTrees {
+        path: file.into(),
+        baked: names.join(", "),
+    })
+}

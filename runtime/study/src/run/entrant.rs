@@ -1,0 +1,88 @@
+//! A contender while it runs.
+
+use hroc_runtime::CullingMethod;
+
+use super::bench::Bench;
+use super::contender::Contender;
+use crate::error::StudyError;
+use crate::gpu::{Gpu, GpuError};
+use crate::results::{Frame, Overdraw};
+use crate::statistics::median;
+
+/// A contender, what it has found so far, and why it no longer runs if it failed.
+pub(super) struct Entrant<'a> {
+    pub(super) contender: &'a Contender,
+    /// Of the replay that is going on. A failed one has none.
+    pub(super) method: Option<Box<dyn CullingMethod>>,
+    pub(super) frames: Vec<Frame>,
+    pub(super) overdraw: Option<Overdraw>,
+    /// GPU memory beyond scene and tree, bytes.
+    pub(super) method_bytes: u64,
+    failure: Option<StudyError>,
+}
+
+impl<'a> Entrant<'a> {
+    pub(super) fn new(contender: &'a Contender, frames: u32) -> Self {
+        Self {
+            contender,
+            method: None,
+            frames: vec![Frame::default(); frames as usize],
+            overdraw: None,
+            method_bytes: 0,
+            failure: None,
+        }
+    }
+
+    /// What was found of frame `number`.
+    pub(super) fn frame(&mut self, number: u32) -> &mut Frame {
+        &mut self.frames[number as usize]
+    }
+
+    /// Takes the contender out of the run.
+    ///
+    /// # Errors
+    /// If that is no help to the others.
+    pub(super) fn fail(&mut self, gpu: &Gpu, error: StudyError) -> Result<(), GpuError> {
+        self.method = None;
+        self.failure = Some(error);
+        gpu.recover()
+    }
+
+    /// Starts a replay, without history.
+    pub(super) fn start(&mut self, bench: &Bench<'_>, count_work: bool) -> Result<(), GpuError> {
+        if self.failure.is_some() {
+            return Ok(());
+        }
+        match bench.method(self.contender, count_work) {
+            Ok(method) => {
+                self.method = Some(method);
+                Ok(())
+            }
+            Err(error) => self.fail(bench.gpu, error),
+        }
+    }
+
+    /// Ends the run: the results, or why there are none.
+    pub(super) fn finish<R>(mut self, results: impl FnOnce(Self) -> R) -> Result<R, StudyError> {
+        match self.failure.take() {
+            Some(failure) => Err(failure),
+            None => {
+                self.summarize();
+                Ok(results(self))
+            }
+        }
+    }
+
+    /// Makes one number of the samples of each frame. One sample is the number.
+    fn summarize(&mut self) {
+        for frame in &mut self.frames {
+            frame.frame_ms = median(&frame.frame_samples_ms).unwrap_or(0.0);
+            frame.gpu_ms = median(&frame.gpu_samples_ms);
+            for samples in [&mut frame.frame_samples_ms, &mut frame.gpu_samples_ms] {
+                if samples.len() < 2 {
+                    samples.clear();
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,346 @@
+//! The replays of a run.
+
+use std::time::Instant;
+
+use hroc_runtime::{CullingMethod, readback};
+use indicatif::ProgressBar;
+
+use super::bench::{Bench, Output};
+use super::contender::{Contender, Course};
+use super::entrant::Entrant;
+use super::frame_sets::FrameSets;
+use super::true_frames::{TrueFrame, TrueFrames};
+use super::{FrameView, View};
+use crate::check::FrameCheck;
+use crate::error::StudyError;
+use crate::frustum::Frustum;
+use crate::gpu::GpuError;
+use crate::gpu_clock::GpuStageClock;
+use crate::id_set::IdSet;
+use crate::image::{Image, ImageCopy};
+use crate::results::{Frame, Warning};
+use crate::stage_clock::StageClock;
+
+/// How often all contenders go over the path.
+pub(super) fn count(course: &Course, contenders: &[Contender]) -> u64 {
+    let counted = contenders
+        .iter()
+        .any(|contender| counted_frames(course, contender) > 0);
+    1 + 2 * u64::from(course.repeats) + u64::from(counted)
+}
+
+/// How many frames of the counted replay a contender draws.
+fn counted_frames(course: &Course, contender: &Contender) -> u32 {
+    match overdraw_frame(course, contender) {
+        _ if course.repeats == 0 => 0,
+        _ if contender.method.counts_work => course.frames,
+        frame => frame.map_or(0, |frame| frame + 1),
+    }
+}
+
+/// The frame of which a contender gets a map.
+fn overdraw_frame(course: &Course, contender: &Contender) -> Option<u32> {
+    course
+        .overdraw_frame
+        .filter(|_| contender.knobs.turned().is_empty())
+}
+
+/// The places of `count` contenders in the order they draw frame `frame` in: everyone begins equally often.
+fn order(count: usize, frame: u32, round: u32) -> impl Iterator<Item = usize> {
+    let first = frame as usize + round as usize;
+    (0..count).map(move |place| (first + place) % count)
+}
+
+/// What became of a frame: an error of the contender's own, or one that ends the run.
+enum Ended {
+    Contender(StudyError),
+    Run(StudyError),
+}
+
+impl From<StudyError> for Ended {
+    fn from(error: StudyError) -> Self {
+        Self::Contender(error)
+    }
+}
+
+impl From<GpuError> for Ended {
+    fn from(error: GpuError) -> Self {
+        Self::Contender(error.into())
+    }
+}
+
+impl Bench<'_> {
+    /// Draws frame `number` by all entrants that have not failed, through `step`.
+    fn frame(
+        &mut self,
+        entrants: &mut [Entrant<'_>],
+        number: u32,
+        round: u32,
+        progress: &ProgressBar,
+        mut step: impl FnMut(&mut Self, &mut dyn CullingMethod, &mut Entrant<'_>) -> Result<(), Ended>,
+    ) -> Result<(), StudyError> {
+        for place in order(entrants.len(), number, round) {
+            let entrant = &mut entrants[place];
+            progress.inc(1);
+            let Some(mut method) = entrant.method.take() else {
+                continue;
+            };
+            let ended = step(self, &mut *method, entrant).and_then(|()| Ok(self.gpu.check()?));
+            match ended {
+                Ok(()) => entrant.method = Some(method),
+                Err(Ended::Contender(error)) => entrant.fail(self.gpu, error)?,
+                Err(Ended::Run(error)) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    fn start(
+        &self,
+        entrants: &mut [Entrant<'_>],
+        count_work: impl Fn(&Contender) -> bool,
+    ) -> Result<(), StudyError> {
+        for entrant in entrants {
+            entrant.start(self, count_work(entrant.contender))?;
+        }
+        Ok(())
+    }
+
+    /// Takes a sample of `frame_ms`.
+    pub(super) fn replay_timed(
+        &mut self,
+        entrants: &mut [Entrant<'_>],
+        round: u32,
+        progress: &ProgressBar,
+    ) -> Result<(), StudyError> {
+        progress.set_message("timing");
+        self.start(entrants, |_| false)?;
+        for number in 0..self.course.frames {
+            self.frame(
+                entrants,
+                number,
+                round,
+                progress,
+                |bench, method, entrant| {
+                    let began = Instant::now();
+                    let mut encoder = bench.gpu.encoder();
+                    bench.encode(method, number, &mut encoder, Output::Color, None)?;
+                    bench.gpu.submit_and_wait(encoder)?;
+                    let ms = began.elapsed().as_secs_f64() * 1e3;
+                    entrant.frame(number).frame_samples_ms.push(ms);
+                    Ok(())
+                },
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Takes a sample of `gpu_ms`, and of `stages_ms`, whose mean over the repeats it makes.
+    pub(super) fn replay_staged(
+        &mut self,
+        entrants: &mut [Entrant<'_>],
+        round: u32,
+        progress: &ProgressBar,
+    ) -> Result<(), StudyError> {
+        progress.set_message("timing stages");
+        self.start(entrants, |_| false)?;
+        // Out of the bench while it encodes.
+        let gpu_clock = self.gpu_clock.take();
+        let share = 1.0 / f64::from(self.course.repeats);
+        for number in 0..self.course.frames {
+            self.frame(
+                entrants,
+                number,
+                round,
+                progress,
+                |bench, method, entrant| {
+                    let gpu = bench.gpu;
+                    let mut encoder = gpu.encoder();
+                    let stages = if let Some(gpu_clock) = &gpu_clock {
+                        let mut clock = GpuStageClock::new(gpu_clock);
+                        let observer = Some(&mut clock as _);
+                        bench.encode(method, number, &mut encoder, Output::Color, observer)?;
+                        clock.resolve(&mut encoder);
+                        gpu.submit_and_wait(encoder)?;
+                        let (stages, gpu_ms) = clock.read(gpu);
+                        entrant.frame(number).gpu_samples_ms.push(gpu_ms);
+                        stages
+                    } else {
+                        let mut clock = StageClock::new(gpu);
+                        let observer = Some(&mut clock as _);
+                        bench.encode(method, number, &mut encoder, Output::Color, observer)?;
+                        gpu.submit_and_wait(encoder)?;
+                        clock.finish()?
+                    };
+                    for (stage, ms) in stages {
+                        let stages_ms = &mut entrant.frame(number).stages_ms;
+                        *stages_ms.entry(stage.name().to_owned()).or_default() += share * ms;
+                    }
+                    Ok(())
+                },
+            )?;
+        }
+        self.gpu_clock = gpu_clock;
+        Ok(())
+    }
+
+    /// Fills in the sets, the counters that follow from them, and the check. Records what shows for those that are
+    /// told.
+    pub(super) fn replay_observed(
+        &mut self,
+        entrants: &mut [Entrant<'_>],
+        progress: &ProgressBar,
+        view: &mut View<'_>,
+    ) -> Result<Vec<Warning>, StudyError> {
+        let check = self.course.check;
+        progress.set_message(if check { "checking" } else { "reading sets" });
+        self.start(entrants, |_| false)?;
+        let is_told = (entrants.iter()).any(|entrant| entrant.contender.method.is_told);
+        let mut truth = (check || is_told).then(|| TrueFrames::new(self));
+        for number in 0..self.course.frames {
+            // Before the contenders' own frames, as it is drawn into the same targets.
+            let true_frame = truth
+                .as_mut()
+                .map(|truth| truth.frame(self, number))
+                .transpose()?;
+            let in_frustum = check.then(|| self.in_frustum(number)).transpose()?;
+            if let (true, Some(truth)) = (is_told, &true_frame) {
+                self.recording.push(truth.visible.clone());
+            }
+            self.frame(entrants, number, 0, progress, |bench, method, entrant| {
+                let device = &bench.gpu.device;
+                let mut encoder = bench.gpu.encoder();
+                bench.encode(method, number, &mut encoder, Output::Color, None)?;
+                let copy = ImageCopy::record(device, &mut encoder, &bench.targets);
+                bench.gpu.submit_and_wait(encoder)?;
+                let image = copy.wait(device);
+                let sets = FrameSets::read(bench.gpu, method);
+                let scene = bench.baked.scene();
+                let frame = entrant.frame(number);
+                match (&true_frame, &in_frustum) {
+                    (Some(truth), Some(in_frustum)) => {
+                        sets.describe(scene, &truth.visible, frame);
+                        compare(truth, in_frustum, &image, &sets, frame);
+                    }
+                    _ => sets.describe(scene, &image.visible(), frame),
+                }
+                view(&FrameView {
+                    frame: number,
+                    image: &image,
+                    targets: &bench.targets,
+                })
+                .map_err(Ended::Run)
+            })?;
+        }
+        for entrant in entrants {
+            let method = entrant.method.as_ref();
+            entrant.method_bytes = method.map_or(0, |method| method.memory_bytes());
+        }
+        Ok(truth.map_or_else(Vec::new, TrueFrames::finish))
+    }
+
+    /// The objects whose bounds meet the view volume.
+    fn in_frustum(&self, number: u32) -> Result<IdSet, StudyError> {
+        let shape = &self.scene.shape;
+        let clip = self
+            .camera(number)
+            .clip_from_world(
+                self.course.depth,
+                self.course.size,
+                shape.origin,
+                shape.radius,
+            )
+            .map_err(|source| StudyError::Camera {
+                frame: number,
+                source,
+            })?;
+        let frustum = Frustum::new(&clip);
+        let bounds = self.baked.scene().object_bounds.iter().zip(0..);
+        let meeting = bounds.filter(|(bounds, _)| frustum.meets(&bounds.to_native()));
+        Ok(meeting.map(|(_, id)| id).collect())
+    }
+
+    /// Fills in the counters that only an instrumented method has, and the overdraw of the frame that is asked for.
+    pub(super) fn replay_counted(
+        &mut self,
+        entrants: &mut [Entrant<'_>],
+        progress: &ProgressBar,
+    ) -> Result<(), StudyError> {
+        let course = self.course;
+        let frames_of = |entrant: &Entrant<'_>| counted_frames(course, entrant.contender);
+        let frames = entrants.iter().map(frames_of).max().unwrap_or(0);
+        if frames == 0 {
+            return Ok(());
+        }
+        progress.set_message("counting work");
+        self.start(entrants, |contender| contender.method.counts_work)?;
+        for number in 0..frames {
+            for entrant in entrants.iter_mut() {
+                entrant
+                    .method
+                    .take_if(|_| number >= counted_frames(course, entrant.contender));
+            }
+            self.frame(entrants, number, 0, progress, |bench, method, entrant| {
+                let mut encoder = bench.gpu.encoder();
+                let map = overdraw_frame(course, entrant.contender) == Some(number);
+                let output = if map {
+                    Output::FragmentCount
+                } else {
+                    Output::Color
+                };
+                bench.encode(method, number, &mut encoder, output, None)?;
+                bench.gpu.submit_and_wait(encoder)?;
+                if let Some(work) = method.sets().work {
+                    let work = readback::words(&bench.gpu.device, &bench.gpu.queue, work);
+                    let counters = &mut entrant.frame(number).counters;
+                    counters.rays = Some(u64::from(work[0]));
+                    counters.ray_box_tests = Some(u64::from(work[1]));
+                }
+                if let (true, Some(target)) = (map, &bench.overdraw) {
+                    entrant.overdraw = Some(target.read(bench.gpu, number));
+                }
+                Ok(())
+            })?;
+        }
+        progress.inc(u64::from(course.frames - frames) * entrants.len() as u64);
+        Ok(())
+    }
+}
+
+/// Holds a frame against the truth.
+fn compare(
+    truth: &TrueFrame,
+    in_frustum: &IdSet,
+    image: &Image,
+    sets: &FrameSets,
+    frame: &mut Frame,
+) {
+    let drawn = sets.drawn.all();
+    let check = FrameCheck::new(&truth.image, image, &truth.visible, &drawn);
+    let hidden = in_frustum.minus(&truth.visible);
+    let culled = hidden.minus(&drawn);
+    frame.visible = Some(check.visible);
+    frame.in_frustum = Some(in_frustum.len());
+    frame.wrong_pixels = Some(check.wrong_pixels);
+    frame.false_negatives = Some(check.false_negatives);
+    frame.depth_ties = Some(check.depth_ties);
+    frame.cull_rate = (!hidden.is_empty()).then(|| culled.len() as f64 / hidden.len() as f64);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::order;
+
+    #[test]
+    fn everyone_begins_equally_often_and_draws_once_a_frame() {
+        let mut begins = [0; 3];
+        for frame in 0..9 {
+            let mut places = order(3, frame, 1).collect::<Vec<_>>();
+            begins[places[0]] += 1;
+            places.sort_unstable();
+            assert_eq!(places, [0, 1, 2]);
+        }
+        assert_eq!(begins, [3, 3, 3]);
+        assert_ne!(order(3, 0, 0).next(), order(3, 0, 1).next());
+    }
+}
