@@ -79,9 +79,11 @@ impl Selection {
     }
 
     fn modes_of(&self, method: &'static Method) -> Vec<&'static Mode> {
-        let named =
-            |mode: &&Mode| self.all_modes || self.modes.iter().any(|name| name == mode.name);
-        let modes = method.modes.iter().filter(named).collect::<Vec<_>>();
+        let named = |name: &String| method.modes.iter().find(|mode| mode.name == *name);
+        let modes = match self.all_modes {
+            true => method.modes.iter().collect(),
+            false => self.modes.iter().filter_map(named).collect::<Vec<_>>(),
+        };
         if modes.is_empty() {
             vec![&method.modes[0]]
         } else {

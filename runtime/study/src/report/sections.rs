@@ -217,7 +217,11 @@ fn file_name(parts: &[&str]) -> String {
             '-'
         }
     };
-    joined.chars().map(safe).collect()
+    let mut name: String = joined.chars().map(safe).collect();
+    while name.contains("--") {
+        name = name.replace("--", "-");
+    }
+    name
 }
 
 /// The methods in their first settings; then for each method of several settings, these.

@@ -179,7 +179,7 @@ fn scatter(
                 .enumerate()
                 .filter(|(_, point)| !point.0.knobs.is_empty())
             {
-                mark(svg, point, 2.2 + 2.2 * i as f64 / steps);
+                mark(svg, point, 3.0 + 1.4 * i as f64 / steps);
             }
         }
     }
