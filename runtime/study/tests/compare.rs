@@ -417,8 +417,9 @@ fn a_study_gives_a_verdict_on_every_pair() {
     let stdout = text(&output.stdout);
     for grouping in ["published", "adaptive"] {
         // Two frames after the warm-up decide nothing.
-        let claim =
-            format!("{grouping} grouping: that the split rule changes the frame time by little");
+        let claim = format!(
+            "With {grouping} grouping, that the split rule changes the frame time by little"
+        );
         assert!(
             stdout.contains(&claim) && stdout.contains("undecided"),
             "{stdout}"

@@ -211,7 +211,7 @@ fn file_name(parts: &[&str]) -> String {
     let parts = parts.iter().filter(|part| !part.is_empty());
     let joined = parts.copied().collect::<Vec<_>>().join("-");
     let safe = |c: char| {
-        if c.is_alphanumeric() || c == '.' || c == '_' {
+        if c.is_alphanumeric() || "._+".contains(c) {
             c
         } else {
             '-'

@@ -113,8 +113,8 @@ pub fn claims(pairs: &[Pair]) -> Vec<String> {
         let largest = largest.max_by(|a, b| size(a).total_cmp(&size(b)))?;
         let [middle, equal_count] = CLAIMED;
         Some(format!(
-            "{grouping} grouping: that the split rule changes the frame time by little ({middle} and {equal_count} \
-             against SAH) is {}. Of {} pairs {} are equivalent, {} different ({} of them surely beyond the margin), \
+            "With {grouping} grouping, that the split rule changes the frame time by little ({middle} and \
+             {equal_count} against SAH) is {}. Of {} pairs {} are equivalent, {} different ({} of them surely beyond the margin), \
              {} undecided; the largest difference is {} ({} against {} ms: {}, {}, {} {}).",
             tally.claim(),
             tally.count(),
@@ -288,7 +288,7 @@ mod tests {
         });
         let text = texts.collect::<Vec<_>>().join("\n");
         assert!(
-            text.contains("published grouping")
+            text.contains("With published grouping")
                 && text.contains("SAH) is refuted. Of 2 pairs 1 are"),
             "{text}"
         );

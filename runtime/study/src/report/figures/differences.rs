@@ -35,7 +35,7 @@ pub fn differences(lines: &[Difference], what: &str) -> String {
     let rect = Rect {
         left: label_width,
         top: 12.0,
-        width: WIDTH - label_width - 170.0,
+        width: WIDTH - label_width - 230.0,
         height: lines.len() as f64 * ROW + 8.0,
     };
     let mut svg = Svg::new(WIDTH, rect.bottom() + 44.0);
@@ -74,11 +74,14 @@ pub fn differences(lines: &[Difference], what: &str) -> String {
             "<circle cx=\"{:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"{color}\"/>\n",
             at(found.difference.estimate)
         ));
-        let verdict = format!(
+        let mut verdict = format!(
             "{} {}",
             signed_share(found.difference.estimate),
             found.verdict.name()
         );
+        if found.difference.high > MOST {
+            verdict += &format!(" (to {})", signed_share(found.difference.high));
+        }
         svg.text([rect.right() + 8.0, y + 4.0], TEXT, Anchor::Start, &verdict);
     }
     svg.finish()

@@ -70,9 +70,16 @@ const ROW: f64 = PANEL[1] + 84.0;
 /// A grid of scatter plots: a row for each cost, a column for each error. `series` gives the styles their order, so
 /// that they are the same in every plot. `None` where nothing was checked.
 pub fn speed_error(course: &CourseRuns<'_>, series: &[String]) -> Option<String> {
-    let known = |measure: &Measure| course.runs.iter().any(|run| (measure.of)(run).is_some());
-    let costs = COSTS.into_iter().filter(known).collect::<Vec<_>>();
-    let errors = ERRORS.into_iter().filter(known).collect::<Vec<_>>();
+    let known = |measure: &Measure| {
+        let values = course.runs.iter().filter_map(|run| (measure.of)(run));
+        values.count()
+    };
+    // A cost that one contender alone has compares nothing.
+    let fewest = course.runs.len().min(2);
+    let costs = COSTS.into_iter().filter(|cost| known(cost) >= fewest);
+    let costs = costs.collect::<Vec<_>>();
+    let errors = ERRORS.into_iter().filter(|error| known(error) > 0);
+    let errors = errors.collect::<Vec<_>>();
     if costs.is_empty() || errors.is_empty() {
         return None;
     }
