@@ -244,7 +244,7 @@ impl Comparison {
 }
 
 /// The values without repetitions, in order.
-fn unique(values: impl Iterator<Item = String>) -> Vec<String> {
+pub(crate) fn unique<T: PartialEq>(values: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut found = Vec::new();
     for value in values {
         if !found.contains(&value) {

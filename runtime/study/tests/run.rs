@@ -10,7 +10,7 @@ use hroc_study::gpu::{Gpu, GpuOptions};
 use hroc_study::gpu_clock::ClockChoice;
 use hroc_study::registry::{Exactness, METHODS, Method, Mode, method};
 use hroc_study::results::{Counters, Frame, RunResults};
-use hroc_study::run::{Contender, Course, run_all};
+use hroc_study::run::{Contender, Course, View, run_all};
 use indicatif::ProgressBar;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
@@ -52,6 +52,13 @@ fn checked_in(method: &'static Method, mode: &'static Mode) -> Result<RunResults
 
 /// The contenders side by side, checked.
 fn all(contenders: &[Contender]) -> Vec<Result<RunResults, StudyError>> {
+    all_viewed(contenders, &mut |_| Ok(()))
+}
+
+fn all_viewed(
+    contenders: &[Contender],
+    view: &mut View<'_>,
+) -> Vec<Result<RunResults, StudyError>> {
     let file = to_bytes(&support::rooms(2)).unwrap();
     let baked = BakedScene::from_aligned(file, Check::Everything).unwrap();
     let features = METHODS.iter().map(|method| method.features);
@@ -76,15 +83,7 @@ fn all(contenders: &[Contender]) -> Vec<Result<RunResults, StudyError>> {
         truth_cache: None,
     };
     let progress = ProgressBar::hidden();
-    run_all(
-        &gpu,
-        &baked,
-        &course,
-        contenders,
-        &progress,
-        &mut |_| Ok(()),
-    )
-    .unwrap()
+    run_all(&gpu, &baked, &course, contenders, &progress, view).unwrap()
 }
 
 #[test]
@@ -220,4 +219,36 @@ fn side_by_side_contenders_find_what_they_find_alone() {
             }
         }
     }
+}
+
+#[test]
+fn every_covered_pixel_has_a_fragment() {
+    if support::without_gpu() {
+        return;
+    }
+    let contenders = METHODS
+        .iter()
+        .flat_map(|method| method.modes.iter().map(|mode| Contender::new(method, mode)))
+        .collect::<Vec<_>>();
+    let mut covered = Vec::new();
+    let results = all_viewed(&contenders, &mut |view| {
+        if view.frame == 2 {
+            let items = view.image.items.iter();
+            covered.push(items.filter(|&&id| id != hroc_format::NO_OBJECT).count() as u64);
+        }
+        Ok(())
+    });
+    covered.sort_unstable();
+    let mut counted = Vec::new();
+    for results in results.iter().flatten() {
+        let overdraw = results.overdraw.as_ref().unwrap();
+        assert!(
+            overdraw.fragments >= overdraw.covered_pixels,
+            "{}",
+            results.label()
+        );
+        counted.push(overdraw.covered_pixels);
+    }
+    counted.sort_unstable();
+    assert_eq!(counted, covered);
 }

@@ -3,6 +3,7 @@
 use hroc_format::ArchivedScene;
 use hroc_runtime::Grouping;
 
+use super::unique;
 use crate::registry::{Knob, Method, Mode, acts_in};
 use crate::run::Contender;
 
@@ -66,8 +67,7 @@ impl Selection {
         let Some(unknown) = unknown else {
             return Ok(());
         };
-        let mut names = known().filter(|name| !name.is_empty()).collect::<Vec<_>>();
-        names.dedup();
+        let names = unique(known().filter(|name| !name.is_empty()));
         Err(if names.is_empty() {
             format!("--modes {unknown}: none of these methods has modes; leave it out")
         } else {

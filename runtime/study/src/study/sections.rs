@@ -1,7 +1,7 @@
 //! The chapters of a study's report.
 
 use super::{CLAIMED, Measure, Pair, Tally, is_claimed, pairs};
-use crate::compare::{Comparison, CourseRuns};
+use crate::compare::{Comparison, CourseRuns, unique};
 use crate::metrics::{self, FrameClock};
 use crate::report::figures::{Difference, curves, differences};
 use crate::report::{Block, Section, count, number, per_course_figure, signed_share};
@@ -33,16 +33,6 @@ pub fn sections(comparison: &Comparison) -> Vec<Section> {
         section("Counters", per_course(comparison, modes_table)),
         section("Frame time over the path", over_path(comparison)),
     ]
-}
-
-fn unique<'a>(values: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
-    let mut found = Vec::new();
-    for value in values {
-        if !found.contains(&value) {
-            found.push(value);
-        }
-    }
-    found
 }
 
 /// A sentence and a row for each grouping.
@@ -250,13 +240,7 @@ fn over_path(comparison: &Comparison) -> Vec<Block> {
             let mode = run.mode.as_deref().unwrap_or_default();
             format!("{mode}, {}", run.grouping.as_deref().unwrap_or_default())
         };
-        let mut settings: Vec<String> = Vec::new();
-        for run in &course.runs {
-            if !settings.contains(&setting(run)) {
-                settings.push(setting(run));
-            }
-        }
-        for name in settings {
+        for name in unique(course.runs.iter().map(|run| setting(run))) {
             let runs = course
                 .runs
                 .iter()
