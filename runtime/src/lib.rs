@@ -41,7 +41,7 @@ pub use filter_occluders::FilterOccluders;
 pub use frame_uniform::FrameUniform;
 pub use hroc::{Hroc, HrocMode, HrocOptions, SMALLEST_LATE_MARGIN};
 pub use kernel::Kernel;
-pub use method::{CullingMethod, FrameContext, HostSync, Sets};
+pub use method::{CullingMethod, FrameContext, HostSync, QueryCounts, Sets};
 #[doc(hidden)]
 pub use mutant::Mutant;
 pub use noc::Noc;

@@ -81,6 +81,19 @@ pub struct Sets<'a> {
     pub grouping: Option<&'a wgpu::Buffer>,
 }
 
+/// Occlusion queries of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct QueryCounts {
+    /// Queries issued.
+    pub queries: u32,
+    /// Of them, those that found visible what waited to be found hidden: they spared nothing.
+    pub wasted: u32,
+    /// Times that the host waited for answers.
+    pub waits: u32,
+    /// Boxes rasterized.
+    pub boxes: u32,
+}
+
 /// A culling method with the history of one view. Make one per view.
 pub trait CullingMethod {
     /// Name on the command line and in reports.
@@ -108,6 +121,10 @@ pub trait CullingMethod {
         None
     }
 
+    /// Of a method that asks occlusion queries: those of the last frame.
+    fn queries(&self) -> Option<QueryCounts> {
+        None
+    }
     /// The depth convention the method was made for.
     fn depth(&self) -> DepthConvention;
 

@@ -42,6 +42,8 @@ modules! {
     "hiz",
     "hiz_test",
     "woc",
+    "query_boxes",
+    "hardware",
 }
 
 const IMPORT: &str = "//!import ";

@@ -38,6 +38,7 @@ pub fn exact_methods(
                 };
                 let made = (method.make)(&Parts {
                     device: &gpu.device,
+                    queue: &gpu.queue,
                     scene: &scene,
                     baked: world.baked.scene(),
                     tree: Some(tree),

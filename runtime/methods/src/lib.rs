@@ -6,23 +6,32 @@
 //! their own. Each says how it departs from what was published.
 #![warn(missing_docs)]
 
+mod chc;
 mod depth_pyramid;
 mod drawn_once;
 mod drawn_twice;
+mod hardware;
 mod hiz;
 mod hiz_two_pass;
+mod host_tree;
 mod ioc;
 mod msoc;
+mod nohc;
+mod queries;
 mod reference;
 mod roc;
 mod vfc;
 mod view;
+mod waves;
 mod woc;
 
+pub use chc::{ChcOptions, CoherentCulling};
+pub use hardware::HardwareTimes;
 pub use hiz::{HierarchicalZ, Projected};
 pub use hiz_two_pass::TwoPassHierarchicalZ;
 pub use ioc::{DepthRange, IocMode, IterativeOcclusionCulling};
 pub use msoc::{MaskedSoftware, MsocMode};
+pub use nohc::NearOptimalCulling;
 pub use reference::{Recorded, Reference};
 pub use roc::RasterOcclusionCulling;
 pub use vfc::ViewFrustumCulling;

@@ -4,6 +4,7 @@ mod contenders;
 mod host;
 mod trees;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use hroc_format::BakedScene;
@@ -152,7 +153,8 @@ impl Comparison {
         }
     }
 
-    /// Runs `contenders` over `course` and adds what they found. A course that nobody can run is noted as skipped.
+    /// Runs `contenders` over `course` and adds what they found. A course that nobody can run is noted as skipped; the
+    /// exit code that the first one's reason calls for is returned, if nobody could.
     ///
     /// # Errors
     /// If the device is lost.
@@ -163,7 +165,7 @@ impl Comparison {
         course: &Course,
         contenders: &[Contender],
         progress: &ProgressBar,
-    ) -> Result<(), StudyError> {
+    ) -> Result<Option<u8>, StudyError> {
         let all = run_all(gpu, baked, course, contenders, progress, &mut |_| Ok(()));
         let outcomes = match all {
             Ok(outcomes) => outcomes,
@@ -175,16 +177,60 @@ impl Comparison {
                 for contender in contenders {
                     self.skip(course, contender, reason.clone());
                 }
-                return Ok(());
+                return Ok(Some(error.exit_code()));
             }
         };
+        let errors = outcomes.iter().map(|outcome| outcome.as_ref().err());
+        let codes = errors.map(|error| Some(error?.exit_code()));
+        let code = codes
+            .collect::<Option<Vec<_>>>()
+            .and_then(|codes| codes.first().copied());
         for (contender, outcome) in contenders.iter().zip(outcomes) {
             match outcome {
                 Ok(run) => self.runs.push(run),
                 Err(error) => self.skip(course, contender, error.to_string()),
             }
         }
-        Ok(())
+        Ok(code)
+    }
+
+    /// Takes over from `earlier` what it found of `course`, if that is what would be found now: by the same contenders
+    /// over the same frames of a scene of the same size on the same adapter.
+    pub fn take_over(
+        &mut self,
+        earlier: &Self,
+        gpu: &Gpu,
+        baked: &BakedScene,
+        course: &Course,
+        contenders: &[Contender],
+    ) -> bool {
+        let here =
+            |scene: &str, path: &str| (scene, path) == (&course.scene_name, &course.path_name);
+        let runs = (earlier.runs.iter())
+            .filter(|run| here(&run.scene.name, &run.path))
+            .collect::<Vec<_>>();
+        let skipped = (earlier.skipped.iter())
+            .filter(|skipped| here(&skipped.scene, &skipped.path))
+            .collect::<Vec<_>>();
+        let labels = contenders.iter().map(Contender::label);
+        let ran = runs.iter().map(|run| run.label());
+        let all = ran.chain(skipped.iter().map(|skipped| skipped.contender.clone()));
+        let same = |run: &&RunResults| {
+            run.scene.file_bytes == baked.file_bytes().len() as u64
+                && run.adapter.name == gpu.info.name
+                && (run.frames, run.repeats, run.size)
+                    == (course.frames, course.repeats, course.size)
+                && run.depth == course.depth.name()
+                && run.errors().is_some() == course.check
+        };
+        let is_same = !runs.is_empty()
+            && runs.iter().all(same)
+            && all.collect::<BTreeSet<_>>() == labels.collect::<BTreeSet<_>>();
+        if is_same {
+            self.runs.extend(runs.into_iter().cloned());
+            self.skipped.extend(skipped.into_iter().cloned());
+        }
+        is_same
     }
 
     fn skip(&mut self, course: &Course, contender: &Contender, reason: String) {
@@ -198,7 +244,7 @@ impl Comparison {
 }
 
 /// The values without repetitions, in order.
-fn unique(values: impl Iterator<Item = String>) -> Vec<String> {
+pub(crate) fn unique<T: PartialEq>(values: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut found = Vec::new();
     for value in values {
         if !found.contains(&value) {

@@ -2,9 +2,10 @@
 
 use hroc_format::ArchivedScene;
 use hroc_methods::{
-    DepthRange, HierarchicalZ, IocMode, IterativeOcclusionCulling, MaskedSoftware, MsocMode,
-    Projected, RasterOcclusionCulling, Recorded, Reference, TwoPassHierarchicalZ,
-    ViewFrustumCulling, WarpedOcclusionCulling, WocMode, WocOptions,
+    ChcOptions, CoherentCulling, DepthRange, HardwareTimes, HierarchicalZ, IocMode,
+    IterativeOcclusionCulling, MaskedSoftware, MsocMode, NearOptimalCulling, Projected,
+    RasterOcclusionCulling, Recorded, Reference, TwoPassHierarchicalZ, ViewFrustumCulling,
+    WarpedOcclusionCulling, WocMode, WocOptions,
 };
 use hroc_runtime::{
     CullingMethod, DepthConvention, Grouping, HostSync, Hroc, HrocMode, HrocOptions, Noc, Scene,
@@ -17,6 +18,8 @@ use wgpu::Features;
 pub struct Parts<'a> {
     /// Where it runs.
     pub device: &'a wgpu::Device,
+    /// Its queue.
+    pub queue: &'a wgpu::Queue,
     /// What it culls.
     pub scene: &'a Scene,
     /// The same on the host, for a method that culls there.
@@ -79,6 +82,12 @@ const PLAIN: Mode = Mode {
     name: "",
     exactness: Exactness::Exact,
     host_sync: HostSync::Never,
+};
+
+/// The one mode of an exact method that waits within the frame.
+const WAITS: Mode = Mode {
+    host_sync: HostSync::MidFrame,
+    ..PLAIN
 };
 
 const fn hroc_mode(mode: HrocMode) -> Mode {
@@ -177,6 +186,54 @@ const OCCLUDER_TRIANGLES: Knob = Knob {
     default: 50_000.0,
     sweep: &[0.0, 1_000.0, 10_000.0, 50_000.0, 200_000.0],
 };
+
+const BATCH: Knob = Knob {
+    name: "batch",
+    help: "hidden nodes that are asked about together at most (b; 1000 in the thesis)",
+    default: 4000.0,
+    sweep: &[16.0, 64.0, 256.0, 1000.0, 4000.0],
+};
+
+const MULTI_QUERIES: Knob = Knob {
+    name: "multi-queries",
+    help: "1: nodes that are likely to stay hidden share a query; 0: each has its own",
+    default: 1.0,
+    sweep: &[0.0, 1.0],
+};
+
+const ASSUMED_VISIBLE: Knob = Knob {
+    name: "assumed-visible",
+    help: "leaves that show are asked about again after up to so many frames (n_av); 0: in every frame",
+    default: 10.0,
+    sweep: &[0.0, 5.0, 10.0, 20.0],
+};
+
+const TIGHTER_LEVELS: Knob = Knob {
+    name: "tighter-levels",
+    help: "bounds are the boxes up to so many levels below (d_max); 0: their own",
+    default: 4.0,
+    sweep: &[0.0, 2.0, 4.0],
+};
+
+const TIGHTER_SURFACE: Knob = Knob {
+    name: "tighter-surface",
+    help: "as long as their surface is no more than so many times the box's own (s_max)",
+    default: 1.4,
+    sweep: &[1.0, 1.4, 2.0],
+};
+
+/// CHC, with or without what CHC++ adds.
+fn coherent(parts: &Parts<'_>, options: ChcOptions) -> CoherentCulling {
+    let tree = parts.tree.expect("uses_tree is set");
+    CoherentCulling::new(
+        parts.device,
+        parts.scene,
+        parts.baked,
+        tree,
+        parts.depth,
+        options,
+    )
+}
 
 const LATE_MARGIN: Knob = Knob {
     name: "late-margin",
@@ -494,6 +551,75 @@ pub const METHODS: &[Method] = &[
             let triangles = parts.knobs.get(&OCCLUDER_TRIANGLES) as u64;
             Box::new(MaskedSoftware::new(
                 device, scene, baked, split, depth, mode, triangles,
+            ))
+        },
+    },
+    Method {
+        name: "chc",
+        source: "coherent hierarchical culling with occlusion queries (Bittner, Wimmer, Piringer, Purgathofer, Eurographics 2004)",
+        features: device::REQUIRED,
+        modes: &[WAITS],
+        knobs: &[],
+        uses_tree: true,
+        groups: false,
+        is_told: false,
+        counts_work: false,
+        make: |parts| Box::new(coherent(parts, ChcOptions::CHC)),
+    },
+    Method {
+        name: "chc++",
+        source: "CHC++: batches, multi-queries, random re-tests, tighter bounds (Mattausch, Bittner, Wimmer, Eurographics 2008)",
+        features: device::REQUIRED,
+        modes: &[WAITS],
+        knobs: &[
+            BATCH,
+            MULTI_QUERIES,
+            ASSUMED_VISIBLE,
+            TIGHTER_LEVELS,
+            TIGHTER_SURFACE,
+        ],
+        uses_tree: true,
+        groups: false,
+        is_told: false,
+        counts_work: false,
+        make: |parts| {
+            let knob = |knob| parts.knobs.get(knob);
+            let options = ChcOptions {
+                batch: Some(knob(&BATCH) as usize),
+                multi_queries: knob(&MULTI_QUERIES) != 0.0,
+                assumed_visible: knob(&ASSUMED_VISIBLE) as u32,
+                tighter_levels: knob(&TIGHTER_LEVELS).min(8.0) as u32,
+                tighter_surface: knob(&TIGHTER_SURFACE) as f32,
+            };
+            Box::new(coherent(parts, options))
+        },
+    },
+    Method {
+        name: "nohc",
+        source: "near optimal hierarchical culling: queries where they pay (Guthe, Balázs, Klein, EGSR 2006)",
+        features: device::REQUIRED,
+        modes: &[WAITS],
+        knobs: &[],
+        uses_tree: true,
+        groups: false,
+        is_told: false,
+        counts_work: false,
+        make: |parts| {
+            let Parts {
+                device,
+                queue,
+                scene,
+                baked,
+                depth,
+                ..
+            } = *parts;
+            let profile = &scene.profile;
+            let hardware = (profile.pipelines).get("hardware times", || {
+                HardwareTimes::measure(device, queue, profile)
+            });
+            let tree = parts.tree.expect("uses_tree is set");
+            Box::new(NearOptimalCulling::new(
+                device, scene, baked, tree, depth, hardware,
             ))
         },
     },

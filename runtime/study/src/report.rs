@@ -44,6 +44,11 @@ pub fn create(folder: &Path) -> Result<(), StudyError> {
 /// The shortest report: a table for a terminal, and who was skipped.
 pub fn overview(comparison: &Comparison) -> String {
     let mut text = String::new();
+    if comparison.kind == Kind::Study {
+        for claim in crate::study::claims(&crate::study::pairs(comparison)) {
+            text += &format!("{claim}\n\n");
+        }
+    }
     for table in [tables::overview(comparison), tables::skipped(comparison)]
         .into_iter()
         .flatten()

@@ -29,6 +29,9 @@ pub struct RunResults {
     pub knobs: BTreeMap<String, f64>,
     /// `published` or `adaptive`; `None` for a method without groups.
     pub grouping: Option<String>,
+    /// Of adaptive grouping: the cost of a box in ray-box tests, as measured on the device.
+    #[serde(default)]
+    pub box_cost: Option<f64>,
     /// `None` for a method that reads no tree.
     pub split: Option<String>,
     /// Width and height, pixels.
@@ -325,6 +328,7 @@ pub(crate) mod tests {
             exactness: "exact".into(),
             knobs: [("late-margin".to_owned(), 0.5)].into(),
             grouping: Some("adaptive".into()),
+            box_cost: Some(60.5),
             split: Some("sah".into()),
             size: [64, 36],
             frames: 6,
@@ -378,7 +382,7 @@ pub(crate) mod tests {
         for (at, expected) in [
             (
                 "",
-                "schema scene path method mode exactness knobs grouping split size frames repeats depth adapter paths memory_bytes warnings per_frame",
+                "schema scene path method mode exactness knobs grouping box_cost split size frames repeats depth adapter paths memory_bytes warnings per_frame",
             ),
             ("/scene", "name objects triangles file_bytes"),
             ("/adapter", "name driver backend"),

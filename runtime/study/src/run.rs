@@ -23,6 +23,7 @@ mod replays;
 mod true_frames;
 
 use hroc_format::{ArchivedScene, BakedScene};
+use hroc_runtime::Grouping;
 use indicatif::ProgressBar;
 
 pub(crate) use self::contender::label;
@@ -131,6 +132,10 @@ fn results(bench: &Bench<'_>, warnings: &[Warning], entrant: Entrant<'_>) -> Run
             .map(|&(name, value)| (name.to_owned(), value))
             .collect(),
         grouping: (contender.method.groups).then(|| contender.grouping.name().to_owned()),
+        box_cost: match contender.grouping {
+            Grouping::Adaptive { box_cost } if contender.method.groups => Some(box_cost.into()),
+            _ => None,
+        },
         split: tree.map(|_| contender.split.clone()),
         size: course.size,
         frames: course.frames,

@@ -6,7 +6,7 @@
 
 mod sections;
 
-pub use sections::sections;
+pub use sections::{claims, sections};
 
 use crate::compare::{Comparison, CourseRuns};
 use crate::metrics::{self, FrameClock};
@@ -129,13 +129,15 @@ fn of_course(course: &CourseRuns<'_>) -> Vec<Pair> {
     pairs
 }
 
-/// What the pairs of one grouping say of the claim that the split rule hardly changes a measure.
+/// What the pairs of one grouping say of the claim that the split rule changes a measure by no more than the margin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct Tally {
     pub equivalent: usize,
     pub different: usize,
     pub undecided: usize,
+    /// Of those that are different: whose whole interval lies beyond the margin.
+    pub beyond_margin: usize,
 }
 
 impl Tally {
@@ -148,20 +150,26 @@ impl Tally {
                 Verdict::Different => &mut tally.different,
                 Verdict::Undecided => &mut tally.undecided,
             } += 1;
+            let surely = pair.found.verdict == Verdict::Different && pair.found.is_beyond_margin();
+            tally.beyond_margin += usize::from(surely);
         }
         tally
     }
 
-    /// What they say together: one pair that differs refutes the claim, only equivalence of all confirms it.
+    /// How many pairs there are.
+    pub const fn count(&self) -> usize {
+        self.equivalent + self.different + self.undecided
+    }
+
+    /// What they say together: one pair beyond the margin refutes the claim, equivalence of all confirms it. A pair
+    /// that differs by an amount that may lie on either side of the margin does neither.
     pub const fn claim(&self) -> &'static str {
-        match self {
-            Self { different: 1.., .. } => "refuted",
-            Self {
-                undecided: 0,
-                equivalent: 1..,
-                ..
-            } => "holds",
-            _ => "undecided",
+        if self.beyond_margin > 0 {
+            "refuted"
+        } else if self.equivalent > 0 && self.equivalent == self.count() {
+            "confirmed"
+        } else {
+            "undecided"
         }
     }
 }
@@ -285,14 +293,16 @@ pub(crate) mod tests {
         };
         assert_eq!(
             (claim("published"), claim("adaptive")),
-            ("refuted", "holds")
+            ("refuted", "confirmed")
         );
-        let tally = |equivalent, undecided| Tally {
+        let tally = |equivalent, different, undecided| Tally {
             equivalent,
+            different,
             undecided,
-            different: 0,
+            beyond_margin: 0,
         };
-        assert_eq!(tally(3, 1).claim(), "undecided");
-        assert_eq!(tally(0, 0).claim(), "undecided");
+        assert_eq!(tally(3, 0, 1).claim(), "undecided");
+        assert_eq!(tally(3, 1, 0).claim(), "undecided");
+        assert_eq!(tally(0, 0, 0).claim(), "undecided");
     }
 }

@@ -5,7 +5,7 @@
 mod support;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Output;
 
 use assert_cmd::Command;
@@ -16,64 +16,7 @@ use hroc_study::results::RunResults;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use support::without_gpu;
-
-/// A folder with a baked scene, see [`support::rooms`].
-struct House {
-    folder: TempDir,
-}
-
-impl House {
-    fn new(rooms: u32) -> Self {
-        let house = Self {
-            folder: tempfile::tempdir().unwrap(),
-        };
-        let scene = support::rooms(rooms);
-        hroc_format::write(&house.scene(), &scene).unwrap();
-        house
-    }
-
-    fn scene(&self) -> PathBuf {
-        self.path("rooms.hroc")
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    /// `hroc` with `arguments`, in the folder.
-    fn hroc(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::cargo_bin("hroc").unwrap();
-        command.current_dir(self.folder.path()).args(arguments);
-        command
-            .env("XDG_CACHE_HOME", self.path("cache"))
-            .output()
-            .unwrap()
-    }
-
-    /// `hroc run` in a small size, which must end with `code`.
-    fn run(&self, arguments: &[&str], code: i32) -> Output {
-        let run = ["run", "rooms.hroc", "--size", "96x54", "--frames", "6"];
-        let output = self.hroc(&[&run[..], arguments].concat());
-        assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
-        output
-    }
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Asserts the exit code and that the one line on stderr says all of `parts`.
-#[track_caller]
-fn refused(output: &Output, code: i32, parts: &[&str]) {
-    let message = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{message}");
-    assert_eq!(text(&output.stdout), "");
-    for part in parts {
-        assert!(message.contains(part), "'{part}' in: {message}");
-    }
-}
+use support::{House, refused, text, without_gpu};
 
 #[test]
 fn wrong_options_exit_with_2_and_name_what_there_is() {

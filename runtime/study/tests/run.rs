@@ -8,9 +8,9 @@ use hroc_study::camera_path::orbit;
 use hroc_study::error::{StudyError, exit};
 use hroc_study::gpu::{Gpu, GpuOptions};
 use hroc_study::gpu_clock::ClockChoice;
-use hroc_study::registry::{Exactness, Method, Mode, method};
-use hroc_study::results::RunResults;
-use hroc_study::run::{Contender, Course, run};
+use hroc_study::registry::{Exactness, METHODS, Method, Mode, method};
+use hroc_study::results::{Counters, Frame, RunResults};
+use hroc_study::run::{Contender, Course, View, run_all};
 use indicatif::ProgressBar;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
@@ -48,10 +48,24 @@ fn checked(method: &'static Method) -> Result<RunResults, StudyError> {
 }
 
 fn checked_in(method: &'static Method, mode: &'static Mode) -> Result<RunResults, StudyError> {
+    all(&[Contender::new(method, mode)]).pop().unwrap()
+}
+
+/// The contenders side by side, checked.
+fn all(contenders: &[Contender]) -> Vec<Result<RunResults, StudyError>> {
+    all_viewed(contenders, &mut |_| Ok(()))
+}
+
+fn all_viewed(
+    contenders: &[Contender],
+    view: &mut View<'_>,
+) -> Vec<Result<RunResults, StudyError>> {
     let file = to_bytes(&support::rooms(2)).unwrap();
     let baked = BakedScene::from_aligned(file, Check::Everything).unwrap();
+    let features = METHODS.iter().map(|method| method.features);
     let gpu_options = GpuOptions {
         validation: true,
+        features: features.fold(wgpu::Features::empty(), |all, some| all | some),
         ..Default::default()
     };
     let gpu = Gpu::open(&gpu_options).expect("HROC_SKIP_GPU=1 skips this");
@@ -66,19 +80,11 @@ fn checked_in(method: &'static Method, mode: &'static Mode) -> Result<RunResults
         clock: ClockChoice::Wall,
         check: true,
         repeats: 1,
-        overdraw_frame: None,
+        overdraw_frame: Some(2),
         truth_cache: None,
     };
-    let contender = Contender::new(method, mode);
     let progress = ProgressBar::hidden();
-    run(
-        &gpu,
-        &baked,
-        &course,
-        &contender,
-        &progress,
-        &mut |_| Ok(()),
-    )
+    run_all(&gpu, &baked, &course, contenders, &progress, view).unwrap()
 }
 
 #[test]
@@ -125,4 +131,125 @@ fn a_device_without_a_methods_features_is_refused() {
         error.to_string().contains("needs TEXTURE_COMPRESSION_ETC2"),
         "{error}"
     );
+}
+
+/// Asks for a buffer that no device gives.
+const GREEDY: Method = Method {
+    name: "greedy",
+    make: |parts| {
+        let _ = parts.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("greedy"),
+            size: 1 << 50,
+            usage: wgpu::BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        });
+        (FORGETFUL.make)(parts)
+    },
+    ..FORGETFUL
+};
+
+#[test]
+fn a_contender_that_fails_takes_nobody_along() {
+    if support::without_gpu() {
+        return;
+    }
+    static ODD: [Method; 3] = [
+        Method {
+            features: wgpu::Features::TEXTURE_COMPRESSION_ETC2,
+            ..FORGETFUL
+        },
+        GREEDY,
+        FORGETFUL,
+    ];
+    let mut contenders = ODD
+        .iter()
+        .map(|method| Contender::new(method, &method.modes[0]))
+        .collect::<Vec<_>>();
+    let noc = method("noc").unwrap();
+    contenders.push(Contender::new(noc, &noc.modes[0]));
+    let outcomes = all(&contenders);
+    let reason = |place: usize| outcomes[place].as_ref().unwrap_err().to_string();
+    assert!(reason(0).contains("TEXTURE_COMPRESSION_ETC2"));
+    assert!(reason(1).contains("the device failed"), "{}", reason(1));
+    let errors = |place: usize| outcomes[place].as_ref().unwrap().errors().unwrap();
+    assert!(errors(2) != [0, 0] && errors(3) == [0, 0]);
+}
+
+#[test]
+fn side_by_side_contenders_find_what_they_find_alone() {
+    if support::without_gpu() {
+        return;
+    }
+    let contenders = METHODS
+        .iter()
+        .flat_map(|method| method.modes.iter().map(|mode| Contender::new(method, mode)))
+        .collect::<Vec<_>>();
+    let together = all(&contenders);
+    for (contender, together) in contenders.iter().zip(together) {
+        // A device that lacks a feature is told elsewhere.
+        let Ok(together) = together else { continue };
+        let alone = all(std::slice::from_ref(contender)).pop().unwrap().unwrap();
+        let label = contender.label();
+        assert_eq!(together.memory_bytes, alone.memory_bytes, "{label}");
+        for (frame, (a, b)) in together.per_frame.iter().zip(&alone.per_frame).enumerate() {
+            let found = |frame: &Frame| Frame {
+                frame_ms: 0.0,
+                gpu_ms: None,
+                stages_ms: frame
+                    .stages_ms
+                    .keys()
+                    .map(|stage| (stage.clone(), 0.0))
+                    .collect(),
+                counters: Counters {
+                    rays: None,
+                    ray_box_tests: None,
+                    ..frame.counters
+                },
+                ..frame.clone()
+            };
+            assert_eq!(found(a), found(b), "{label}, frame {frame}");
+            // Subtrees are pruned in a race, so these vary a little.
+            for work in [|c: &Counters| c.rays, |c: &Counters| c.ray_box_tests] {
+                let [a, b] = [&a.counters, &b.counters].map(work);
+                assert_eq!(a.is_some(), b.is_some(), "{label}, frame {frame}");
+                let [a, b] = [a, b].map(Option::unwrap_or_default);
+                assert!(
+                    a <= 2 * b + 64 && b <= 2 * a + 64,
+                    "{label}, frame {frame}: {a} and {b}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn every_covered_pixel_has_a_fragment() {
+    if support::without_gpu() {
+        return;
+    }
+    let contenders = METHODS
+        .iter()
+        .flat_map(|method| method.modes.iter().map(|mode| Contender::new(method, mode)))
+        .collect::<Vec<_>>();
+    let mut covered = Vec::new();
+    let results = all_viewed(&contenders, &mut |view| {
+        if view.frame == 2 {
+            let items = view.image.items.iter();
+            covered.push(items.filter(|&&id| id != hroc_format::NO_OBJECT).count() as u64);
+        }
+        Ok(())
+    });
+    covered.sort_unstable();
+    let mut counted = Vec::new();
+    for results in results.iter().flatten() {
+        let overdraw = results.overdraw.as_ref().unwrap();
+        assert!(
+            overdraw.fragments >= overdraw.covered_pixels,
+            "{}",
+            results.label()
+        );
+        counted.push(overdraw.covered_pixels);
+    }
+    counted.sort_unstable();
+    assert_eq!(counted, covered);
 }

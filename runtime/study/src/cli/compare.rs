@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::course::{CourseArguments, GroupingName};
-use crate::compare::{Kind, Selection, Splits};
+use crate::compare::{Kind, Selection, Splits, unique};
 use crate::error::StudyError;
 use crate::registry::{self, METHODS};
 
@@ -46,14 +46,14 @@ pub(super) struct CompareArguments {
 pub(super) fn compare(arguments: &CompareArguments) -> Result<u8, StudyError> {
     let methods = match arguments.methods.as_slice() {
         [] => Ok(METHODS.iter().collect()),
-        names => unique(names)
+        given => names(given)
             .into_iter()
             .map(|name| registry::method(name))
             .collect(),
     };
-    let modes = unique(&arguments.modes);
+    let modes = names(&arguments.modes);
     let all_modes = modes.contains(&"all");
-    let splits = unique(&arguments.split);
+    let splits = names(&arguments.split);
     let selection = Selection {
         methods: methods.map_err(StudyError::Usage)?,
         modes: modes
@@ -77,24 +77,21 @@ pub(super) fn compare(arguments: &CompareArguments) -> Result<u8, StudyError> {
             "--overdraw-frame {overdraw_frame}: there are {frames} frames, from 0"
         )));
     }
-    let mut groupings = arguments.groupings.clone();
-    groupings.dedup();
     arguments.course.run(
         Kind::Compare,
         selection,
-        &groupings,
+        &unique(arguments.groupings.iter().copied()),
         Some(overdraw_frame),
         |_, _| Ok(()),
     )
 }
 
 /// The names without repetitions and empty ones.
-fn unique(names: &[String]) -> Vec<&str> {
-    let mut found = Vec::new();
-    for name in names {
-        if !name.is_empty() && !found.contains(&name.as_str()) {
-            found.push(name.as_str());
-        }
-    }
-    found
+fn names(names: &[String]) -> Vec<&str> {
+    unique(
+        names
+            .iter()
+            .map(String::as_str)
+            .filter(|name| !name.is_empty()),
+    )
 }

@@ -26,6 +26,9 @@ pub(super) struct CourseArguments {
     /// Folder for the results and the report; made if it is not there.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// Go on in DIR: scenes and paths whose results are there in these settings are not run again.
+    #[arg(long)]
+    resume: bool,
     /// Camera path: walk-in, orbit, or a file; may be given several times. walk-in if left out.
     #[arg(long, value_name = "PATH")]
     path: Vec<PathBuf>,
@@ -86,6 +89,9 @@ impl CourseArguments {
     ) -> Result<u8, StudyError> {
         let entries = self.entries(fits)?;
         report::create(&self.output)?;
+        let earlier = self.output.join(report::RESULTS);
+        let earlier = (self.resume && earlier.exists()).then(|| Comparison::load(&earlier));
+        let earlier = earlier.transpose()?.filter(|earlier| earlier.kind == kind);
         let features = selection.methods.iter().map(|method| method.features);
         let gpu = Gpu::open(&GpuOptions {
             adapter: self.adapter.clone(),
@@ -104,7 +110,7 @@ impl CourseArguments {
             .collect();
 
         let mut comparison = Comparison::new(kind, command_line());
-        let progress = progress_bar("frames");
+        let mut to_run = Vec::new();
         for entry in &entries {
             let scene = entry.baked.scene();
             let contenders = selection.contenders(scene);
@@ -113,20 +119,35 @@ impl CourseArguments {
                 .any(|contender| contender.method.uses_tree)
             {
                 let splits = selection.splits.of(scene);
-                comparison
-                    .trees
-                    .push(SceneTrees::of(&entry.name, scene, &splits));
+                let trees = SceneTrees::of(&entry.name, scene, &splits);
+                comparison.trees.push(trees);
             }
             for (path_name, path) in &entry.paths {
                 let course = self.course(&gpu, &entry.name, path_name, path, overdraw_frame);
-                progress.set_prefix(format!("{}, {path_name}", entry.name));
-                comparison.run(&gpu, &entry.baked, &course, &contenders, &progress)?;
-                // What is done is not lost with the rest.
-                report::write_results(&self.output, &comparison)?;
+                let taken = earlier.as_ref().is_some_and(|earlier| {
+                    comparison.take_over(earlier, &gpu, &entry.baked, &course, &contenders)
+                });
+                if !taken {
+                    to_run.push((entry, course, contenders.clone()));
+                }
             }
         }
+        let mut failure = None;
+        let progress = progress_bar("frames");
+        for (entry, course, contenders) in &to_run {
+            progress.set_prefix(format!("{}, {}: ", course.scene_name, course.path_name));
+            let code = comparison.run(&gpu, &entry.baked, course, contenders, &progress)?;
+            failure = failure.or(code);
+            // What is done is not lost with the rest.
+            report::write_results(&self.output, &comparison)?;
+        }
         progress.finish_and_clear();
-        finish(&self.output, &comparison)
+        report::write_results(&self.output, &comparison)?;
+        let code = finish(&self.output, &comparison)?;
+        // Each contender has told why.
+        Ok(failure
+            .filter(|_| comparison.runs.is_empty())
+            .unwrap_or(code))
     }
 
     fn course(
@@ -227,9 +248,6 @@ pub(super) fn finish(folder: &Path, comparison: &Comparison) -> Result<u8, Study
     ))?;
     Ok(if comparison.failed() {
         exit::CHECK_FAILED
-    } else if comparison.runs.is_empty() {
-        // Each has told why.
-        exit::DEVICE
     } else {
         exit::GOOD
     })

@@ -246,7 +246,8 @@ fn profile(arguments: &RunArguments, gpu: &Gpu) -> Result<DeviceProfile, StudyEr
 
 /// A bar that counts `what`. Draws nothing where the standard error is no terminal.
 pub(super) fn progress_bar(what: &str) -> ProgressBar {
-    let template = format!("{{msg:18}} {{wide_bar}} {{pos}}/{{len}} {what}, {{eta}} left");
+    let template =
+        format!("{{prefix}}{{msg:18}} {{wide_bar}} {{pos}}/{{len}} {what}, {{eta}} left");
     let style = ProgressStyle::with_template(&template);
     ProgressBar::new(0).with_style(style.expect("the template is sound"))
 }

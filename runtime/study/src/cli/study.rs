@@ -6,7 +6,7 @@ use clap::Args;
 use hroc_format::BakedScene;
 
 use super::course::{CourseArguments, GroupingName};
-use crate::compare::{Kind, Selection, Splits};
+use crate::compare::{Kind, Selection, Splits, unique};
 use crate::error::StudyError;
 use crate::registry;
 use crate::study::BASE;
@@ -49,7 +49,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<u8, StudyError> {
             .filter(|split| *split != BASE)
             .cloned(),
     );
-    splits.dedup();
+    let splits = unique(splits);
     let selection = Selection {
         methods: vec![hroc],
         modes: arguments
@@ -68,8 +68,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<u8, StudyError> {
         sweep: false,
     };
     selection.check().map_err(StudyError::Usage)?;
-    let mut groupings = arguments.groupings.clone();
-    groupings.dedup();
+    let groupings = unique(arguments.groupings.iter().copied());
     arguments
         .course
         .run(Kind::Study, selection, &groupings, None, has_trees)

@@ -3,6 +3,7 @@
 use hroc_format::ArchivedScene;
 use hroc_runtime::Grouping;
 
+use super::unique;
 use crate::registry::{Knob, Method, Mode, acts_in};
 use crate::run::Contender;
 
@@ -66,8 +67,7 @@ impl Selection {
         let Some(unknown) = unknown else {
             return Ok(());
         };
-        let mut names = known().filter(|name| !name.is_empty()).collect::<Vec<_>>();
-        names.dedup();
+        let names = unique(known().filter(|name| !name.is_empty()));
         Err(if names.is_empty() {
             format!("--modes {unknown}: none of these methods has modes; leave it out")
         } else {
@@ -79,9 +79,11 @@ impl Selection {
     }
 
     fn modes_of(&self, method: &'static Method) -> Vec<&'static Mode> {
-        let named =
-            |mode: &&Mode| self.all_modes || self.modes.iter().any(|name| name == mode.name);
-        let modes = method.modes.iter().filter(named).collect::<Vec<_>>();
+        let named = |name: &String| method.modes.iter().find(|mode| mode.name == *name);
+        let modes = match self.all_modes {
+            true => method.modes.iter().collect(),
+            false => self.modes.iter().filter_map(named).collect::<Vec<_>>(),
+        };
         if modes.is_empty() {
             vec![&method.modes[0]]
         } else {

@@ -349,6 +349,7 @@ impl<'a> Stage<'a> {
         };
         (variant.method.make)(&Parts {
             device: &self.gpu.device,
+            queue: &self.gpu.queue,
             scene: &scene,
             tree: variant.tree,
             depth,

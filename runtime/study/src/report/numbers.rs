@@ -52,7 +52,9 @@ pub(super) fn share(value: Option<f64>) -> String {
 
 /// A relative difference with its sign, per cent.
 pub(crate) fn signed_share(value: f64) -> String {
-    format!("{:+.1} %", 100.0 * value)
+    // Without the sign of a zero.
+    let percent = (1000.0 * value).round() / 10.0 + 0.0;
+    format!("{percent:+.1} %")
 }
 
 /// A short number for an axis: 1.5 M rather than 1,500,000.

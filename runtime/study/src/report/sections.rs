@@ -1,6 +1,6 @@
 //! What a report is made of, before it becomes Markdown or HTML.
 
-use crate::compare::{Comparison, CourseRuns, Kind};
+use crate::compare::{Comparison, CourseRuns, Kind, unique};
 use crate::report::heat_map::HeatScale;
 use crate::report::numbers::{count, number};
 use crate::report::{figures, tables};
@@ -211,13 +211,17 @@ fn file_name(parts: &[&str]) -> String {
     let parts = parts.iter().filter(|part| !part.is_empty());
     let joined = parts.copied().collect::<Vec<_>>().join("-");
     let safe = |c: char| {
-        if c.is_alphanumeric() || c == '.' || c == '_' {
+        if c.is_alphanumeric() || "._+".contains(c) {
             c
         } else {
             '-'
         }
     };
-    joined.chars().map(safe).collect()
+    let mut name: String = joined.chars().map(safe).collect();
+    while name.contains("--") {
+        name = name.replace("--", "-");
+    }
+    name
 }
 
 /// The methods in their first settings; then for each method of several settings, these.
@@ -296,13 +300,8 @@ fn machine(comparison: &Comparison) -> Section {
         title: String::new(),
         table: tables::machine(comparison),
     }];
-    let mut warnings: Vec<String> = Vec::new();
-    for warning in comparison.runs.iter().flat_map(|run| &run.warnings) {
-        let text = format!("Warning: {warning}.");
-        if !warnings.contains(&text) {
-            warnings.push(text);
-        }
-    }
+    let warnings = comparison.runs.iter().flat_map(|run| &run.warnings);
+    let warnings = unique(warnings.map(|warning| format!("Warning: {warning}.")));
     blocks.extend(warnings.into_iter().map(Block::Text));
     blocks.extend(table("Skipped", tables::skipped(comparison)));
     Section {

@@ -1,6 +1,6 @@
 //! The tables of a report.
 
-use crate::compare::{Comparison, CourseRuns};
+use crate::compare::{Comparison, CourseRuns, unique};
 use crate::metrics::{self, FrameClock, FrameTimes};
 use crate::report::numbers::{count, number, or_absent, share};
 use crate::results::{Frame, RunResults, SetSizes};
@@ -215,12 +215,7 @@ pub(super) fn machine(comparison: &Comparison) -> Table {
     let host = &comparison.host;
     let mut table = Table::new(["what", "value"]);
     let mut add = |what: &str, values: &mut dyn Iterator<Item = String>| {
-        let mut found: Vec<String> = Vec::new();
-        for value in values.filter(|value| !value.is_empty()) {
-            if !found.contains(&value) {
-                found.push(value);
-            }
-        }
+        let found = unique(values.filter(|value| !value.is_empty()));
         if !found.is_empty() {
             table.rows.push(vec![what.to_owned(), found.join("; ")]);
         }
@@ -247,6 +242,9 @@ pub(super) fn machine(comparison: &Comparison) -> Table {
     });
     of_runs("subpixel step (px)", |run| {
         run.paths.subpixel_step_px.to_string()
+    });
+    of_runs("cost of a box (ray-box tests)", |run| {
+        run.box_cost.map_or_else(String::new, number)
     });
     of_runs("clock of the stages", |run| {
         match run.paths.clock.as_str() {

@@ -102,6 +102,7 @@ impl<'a> Bench<'a> {
     ) -> Result<Box<dyn CullingMethod>, StudyError> {
         let method = (contender.method.make)(&Parts {
             device: &self.gpu.device,
+            queue: &self.gpu.queue,
             scene: &self.scene,
             baked: self.baked.scene(),
             tree: self.tree(contender),

@@ -51,6 +51,13 @@ pub struct Comparison {
     pub verdict: Verdict,
 }
 
+impl Comparison {
+    /// The whole interval lies beyond the margin.
+    pub fn is_beyond_margin(&self) -> bool {
+        self.difference.low > MARGIN || self.difference.high < -MARGIN
+    }
+}
+
 /// Compares `other` with `base`, frame by frame; `None` where there is nothing to compare.
 pub fn compare(base: &[f64], other: &[f64]) -> Option<Comparison> {
     let difference = relative_difference(base, other)?;
@@ -96,6 +103,8 @@ mod tests {
         let verdict = |other: &[f64]| compare(&base, other).unwrap().verdict;
         assert_eq!(verdict(&times(1.02)), Verdict::Equivalent);
         assert_eq!(verdict(&times(1.1)), Verdict::Different);
+        assert!(compare(&base, &times(1.1)).unwrap().is_beyond_margin());
+        assert!(!compare(&base, &times(1.02)).unwrap().is_beyond_margin());
         assert_eq!(verdict(&times(0.9)), Verdict::Different);
         // Half of the path much slower, the other much faster: the mean is the same, the path too short to say so.
         let halves = base.iter().zip(0..);

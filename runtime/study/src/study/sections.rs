@@ -1,7 +1,7 @@
 //! The chapters of a study's report.
 
 use super::{CLAIMED, Measure, Pair, Tally, is_claimed, pairs};
-use crate::compare::{Comparison, CourseRuns};
+use crate::compare::{Comparison, CourseRuns, unique};
 use crate::metrics::{self, FrameClock};
 use crate::report::figures::{Difference, curves, differences};
 use crate::report::{Block, Section, count, number, per_course_figure, signed_share};
@@ -35,16 +35,6 @@ pub fn sections(comparison: &Comparison) -> Vec<Section> {
     ]
 }
 
-fn unique<'a>(values: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
-    let mut found = Vec::new();
-    for value in values {
-        if !found.contains(&value) {
-            found.push(value);
-        }
-    }
-    found
-}
-
 /// A sentence and a row for each grouping.
 fn verdict(pairs: &[Pair], groupings: &[&str]) -> Vec<Block> {
     let margin = 100.0 * MARGIN;
@@ -52,44 +42,21 @@ fn verdict(pairs: &[Pair], groupings: &[&str]) -> Vec<Block> {
         "Each rule is held against SAH, with the same mode, grouping, scene and camera path, frame by frame. \
          Equivalent: the 90 % interval of the relative difference of means lies within ±{margin} %, the margin that \
          was fixed beforehand. Different: the interval leaves out 0 and reaches beyond the margin. Undecided: \
-         neither. Intervals come from 10,000 resamples of path segments, as neighbouring frames are alike."
+         neither. Intervals come from 10,000 resamples of path segments, as neighbouring frames are alike. They are \
+         not corrected for the number of pairs. That a rule changes a measure by no more than the margin is \
+         confirmed where all pairs are equivalent, and refuted where one lies beyond the margin with its whole \
+         interval."
     ))];
-    for grouping in groupings {
-        let claimed = |pair: &&Pair| {
-            pair.grouping == *grouping && pair.measure == Measure::FrameTime && is_claimed(pair)
-        };
-        let tally = Tally::of(pairs.iter().filter(claimed));
-        let worst = pairs.iter().filter(claimed).max_by(|a, b| {
-            let size = |pair: &Pair| pair.found.difference.estimate.abs();
-            size(a).total_cmp(&size(b))
-        });
-        let Some(worst) = worst else { continue };
-        let [middle, equal_count] = CLAIMED;
-        blocks.push(Block::Text(format!(
-            "With {grouping} grouping, that the split rule changes the frame time by little ({middle} and \
-             {equal_count} against SAH): {}. {} pairs are equivalent, {} different, {} undecided; the largest \
-             difference is {} ({} against {} ms: {}, {}, {} {}).",
-            tally.claim(),
-            tally.equivalent,
-            tally.different,
-            tally.undecided,
-            signed_share(worst.found.difference.estimate),
-            number(worst.other),
-            number(worst.base),
-            worst.scene,
-            worst.path,
-            worst.mode,
-            worst.split,
-        )));
-    }
+    blocks.extend(claims(pairs).into_iter().map(Block::Text));
     let mut table = Table::new([
         "grouping",
         "measure",
         "rules",
         "equivalent",
         "different",
+        "beyond the margin",
         "undecided",
-        "robust",
+        "no more than the margin",
     ]);
     for grouping in groupings {
         for measure in Measure::ALL {
@@ -108,6 +75,7 @@ fn verdict(pairs: &[Pair], groupings: &[&str]) -> Vec<Block> {
                     rules.to_owned(),
                     tally.equivalent.to_string(),
                     tally.different.to_string(),
+                    tally.beyond_margin.to_string(),
                     tally.undecided.to_string(),
                     tally.claim().to_owned(),
                 ]);
@@ -121,6 +89,40 @@ fn verdict(pairs: &[Pair], groupings: &[&str]) -> Vec<Block> {
         });
     }
     blocks
+}
+
+/// What became of the thesis' claim, a sentence or two for each grouping.
+pub fn claims(pairs: &[Pair]) -> Vec<String> {
+    let sentence = |grouping: &&str| {
+        let claimed = |pair: &&Pair| {
+            pair.grouping == **grouping && pair.measure == Measure::FrameTime && is_claimed(pair)
+        };
+        let tally = Tally::of(pairs.iter().filter(claimed));
+        let size = |pair: &&Pair| pair.found.difference.estimate.abs();
+        let largest = pairs.iter().filter(claimed);
+        let largest = largest.max_by(|a, b| size(a).total_cmp(&size(b)))?;
+        let [middle, equal_count] = CLAIMED;
+        Some(format!(
+            "With {grouping} grouping, that the split rule changes the frame time by little ({middle} and \
+             {equal_count} against SAH) is {}. Of {} pairs {} are equivalent, {} different ({} of them surely beyond the margin), \
+             {} undecided; the largest difference is {} ({} against {} ms: {}, {}, {} {}).",
+            tally.claim(),
+            tally.count(),
+            tally.equivalent,
+            tally.different,
+            tally.beyond_margin,
+            tally.undecided,
+            signed_share(largest.found.difference.estimate),
+            number(largest.other),
+            number(largest.base),
+            largest.scene,
+            largest.path,
+            largest.mode,
+            largest.split,
+        ))
+    };
+    let groupings = unique(pairs.iter().map(|pair| pair.grouping.as_str()));
+    groupings.iter().filter_map(sentence).collect()
 }
 
 /// Scenes and rules by modes, for each grouping: Table 4 of the thesis.
@@ -238,13 +240,7 @@ fn over_path(comparison: &Comparison) -> Vec<Block> {
             let mode = run.mode.as_deref().unwrap_or_default();
             format!("{mode}, {}", run.grouping.as_deref().unwrap_or_default())
         };
-        let mut settings: Vec<String> = Vec::new();
-        for run in &course.runs {
-            if !settings.contains(&setting(run)) {
-                settings.push(setting(run));
-            }
-        }
-        for name in settings {
+        for name in unique(course.runs.iter().map(|run| setting(run))) {
             let runs = course
                 .runs
                 .iter()
@@ -276,12 +272,14 @@ mod tests {
         });
         let text = texts.collect::<Vec<_>>().join("\n");
         assert!(
-            text.contains("With published grouping") && text.contains("SAH): refuted. 1 pairs"),
+            text.contains("With published grouping")
+                && text.contains("SAH) is refuted. Of 2 pairs 1 are"),
             "{text}"
         );
         assert!(text.contains("+100.0 % (24.0 against 12.0 ms"), "{text}");
         assert!(
-            text.contains("With adaptive grouping") && text.contains("SAH): holds. 2 pairs"),
+            text.contains("adaptive grouping")
+                && text.contains("SAH) is confirmed. Of 2 pairs 2 are"),
             "{text}"
         );
     }

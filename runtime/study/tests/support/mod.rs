@@ -1,10 +1,15 @@
 //! A small scene to cull, and when to leave out what draws.
 #![allow(dead_code)] // Each test file uses its own part.
 
+use std::path::PathBuf;
+use std::process::Output;
+
+use assert_cmd::Command;
 use hroc_format::Scene;
 use hroc_preprocess::bake::{BakeOptions, bake};
 use hroc_preprocess::progress::Silent;
 use hroc_preprocess::scene::{AlphaMode, SourceFile, SourceMesh, SourceObject, SourceScene};
+use tempfile::TempDir;
 
 const CUBE_CORNERS: [[f32; 3]; 8] = {
     let mut corners = [[0.0; 3]; 8];
@@ -85,4 +90,62 @@ pub fn without_gpu() -> bool {
         eprintln!("SKIPPED: HROC_SKIP_GPU=1, this test ran nothing on a GPU");
     }
     skip
+}
+
+/// A folder with a baked scene, see [`rooms`].
+pub struct House {
+    pub folder: TempDir,
+}
+
+impl House {
+    pub fn new(count: u32) -> Self {
+        let house = Self {
+            folder: tempfile::tempdir().unwrap(),
+        };
+        let scene = rooms(count);
+        hroc_format::write(&house.scene(), &scene).unwrap();
+        house
+    }
+
+    pub fn scene(&self) -> PathBuf {
+        self.path("rooms.hroc")
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// `hroc` with `arguments`, in the folder.
+    pub fn hroc(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::cargo_bin("hroc").unwrap();
+        command.current_dir(self.folder.path()).args(arguments);
+        command
+            .env("XDG_CACHE_HOME", self.path("cache"))
+            .output()
+            .unwrap()
+    }
+
+    /// `hroc run` in a small size, which must end with `code`.
+    pub fn run(&self, arguments: &[&str], code: i32) -> Output {
+        let run = ["run", "rooms.hroc", "--size", "96x54", "--frames", "6"];
+        let output = self.hroc(&[&run[..], arguments].concat());
+        assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
+        output
+    }
+}
+
+/// Lossy.
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Asserts the exit code and that the one line on stderr says all of `parts`.
+#[track_caller]
+pub fn refused(output: &Output, code: i32, parts: &[&str]) {
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{message}");
+    assert_eq!(text(&output.stdout), "");
+    for part in parts {
+        assert!(message.contains(part), "'{part}' in: {message}");
+    }
 }

@@ -3,7 +3,7 @@
 use super::WIDTH;
 use crate::report::numbers::signed_share;
 use crate::report::plot::{Anchor, Axis, INK, Rect, Svg, TEXT, panel, text_width};
-use crate::statistics::{Comparison, MARGIN, Verdict};
+use crate::statistics::{Comparison, Interval, MARGIN, Verdict};
 
 /// A line of the plot.
 #[derive(Clone, Debug)]
@@ -15,7 +15,7 @@ pub struct Difference {
 
 const ROW: f64 = 20.0;
 /// Differences beyond this are drawn at the edge, with their value beside.
-const MOST: f64 = 1.0;
+const MOST: f64 = 3.0;
 
 const fn color(verdict: Verdict) -> &'static str {
     match verdict {
@@ -35,19 +35,19 @@ pub fn differences(lines: &[Difference], what: &str) -> String {
     let rect = Rect {
         left: label_width,
         top: 12.0,
-        width: WIDTH - label_width - 170.0,
+        width: WIDTH - label_width - 230.0,
         height: lines.len() as f64 * ROW + 8.0,
     };
     let mut svg = Svg::new(WIDTH, rect.bottom() + 44.0);
-    let ends = lines
-        .iter()
-        .flat_map(|line| [line.found.difference.low, line.found.difference.high]);
-    let most = ends.map(f64::abs).fold(2.0 * MARGIN, f64::max).min(MOST);
+    let ends =
+        |pick: fn(&Interval) -> f64| lines.iter().map(move |line| pick(&line.found.difference));
+    let low = ends(|difference| difference.low).fold(-2.0 * MARGIN, f64::min);
+    let high = ends(|difference| difference.high).fold(2.0 * MARGIN, f64::max);
     // In per cent, as the ticks are round then.
     let x = Axis::span(
         format!("{what} (%), 90 % interval; shaded: the margin"),
-        -100.0 * most,
-        100.0 * most,
+        100.0 * low,
+        100.0 * high.min(MOST),
     );
     panel(&mut svg, rect, &x, &Axis::none(), "");
     let at = |share: f64| rect.x(x.place(100.0 * share));
@@ -74,11 +74,14 @@ pub fn differences(lines: &[Difference], what: &str) -> String {
             "<circle cx=\"{:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"{color}\"/>\n",
             at(found.difference.estimate)
         ));
-        let verdict = format!(
+        let mut verdict = format!(
             "{} {}",
             signed_share(found.difference.estimate),
             found.verdict.name()
         );
+        if found.difference.high > MOST {
+            verdict += &format!(" (to {})", signed_share(found.difference.high));
+        }
         svg.text([rect.right() + 8.0, y + 4.0], TEXT, Anchor::Start, &verdict);
     }
     svg.finish()

@@ -1,7 +1,7 @@
 //! Speed against error: what a contender costs, and what it gets wrong or draws in vain.
 
 use super::WIDTH;
-use crate::compare::CourseRuns;
+use crate::compare::{CourseRuns, unique};
 use crate::metrics::{self, FrameClock};
 use crate::registry::METHODS;
 use crate::report::numbers::number;
@@ -70,9 +70,16 @@ const ROW: f64 = PANEL[1] + 84.0;
 /// A grid of scatter plots: a row for each cost, a column for each error. `series` gives the styles their order, so
 /// that they are the same in every plot. `None` where nothing was checked.
 pub fn speed_error(course: &CourseRuns<'_>, series: &[String]) -> Option<String> {
-    let known = |measure: &Measure| course.runs.iter().any(|run| (measure.of)(run).is_some());
-    let costs = COSTS.into_iter().filter(known).collect::<Vec<_>>();
-    let errors = ERRORS.into_iter().filter(known).collect::<Vec<_>>();
+    let known = |measure: &Measure| {
+        let values = course.runs.iter().filter_map(|run| (measure.of)(run));
+        values.count()
+    };
+    // A cost that one contender alone has compares nothing.
+    let fewest = course.runs.len().min(2);
+    let costs = COSTS.into_iter().filter(|cost| known(cost) >= fewest);
+    let costs = costs.collect::<Vec<_>>();
+    let errors = ERRORS.into_iter().filter(|error| known(error) > 0);
+    let errors = errors.collect::<Vec<_>>();
     if costs.is_empty() || errors.is_empty() {
         return None;
     }
@@ -104,22 +111,20 @@ pub fn speed_error(course: &CourseRuns<'_>, series: &[String]) -> Option<String>
 
 /// The legend: each series, with the range of the knobs that were swept.
 fn entries(course: &CourseRuns<'_>, style: impl Fn(&RunResults) -> Style) -> Vec<Entry> {
-    let mut entries: Vec<(String, Entry)> = Vec::new();
-    for run in &course.runs {
-        let series = run.series();
-        if entries.iter().all(|(name, _)| *name != series) {
-            let mut label = series.clone();
-            for knob in swept_knobs(course, &series) {
-                let values = sweep(course, &series, &knob);
-                if let (Some((first, _)), Some((last, _))) = (values.first(), values.last()) {
-                    label += &format!(", {knob} {first} to {last}");
-                }
+    let entry = |series: String| {
+        let run = course.runs.iter().find(|run| run.series() == series)?;
+        let mut label = series.clone();
+        for knob in swept_knobs(course, &series) {
+            let values = sweep(course, &series, &knob);
+            if let (Some((first, _)), Some((last, _))) = (values.first(), values.last()) {
+                label += &format!(", {knob} {first} to {last}");
             }
-            let mark = Mark::Point(style(run));
-            entries.push((series, Entry { label, mark }));
         }
-    }
-    entries.into_iter().map(|(_, entry)| entry).collect()
+        let mark = Mark::Point(style(run));
+        Some(Entry { label, mark })
+    };
+    let series = unique(course.runs.iter().map(|run| run.series()));
+    series.into_iter().filter_map(entry).collect()
 }
 
 fn scatter(
@@ -155,13 +160,7 @@ fn scatter(
         let at = [rect.right(), rect.top - 6.0];
         svg.text(at, 11.0, Anchor::End, &format!("{exact} exact, at 0"));
     }
-    let mut series: Vec<String> = Vec::new();
-    for run in &course.runs {
-        if !series.contains(&run.series()) {
-            series.push(run.series());
-        }
-    }
-    for name in &series {
+    for name in &unique(course.runs.iter().map(|run| run.series())) {
         for knob in swept_knobs(course, name) {
             let line = sweep(course, name, &knob);
             let line = line
@@ -179,7 +178,7 @@ fn scatter(
                 .enumerate()
                 .filter(|(_, point)| !point.0.knobs.is_empty())
             {
-                mark(svg, point, 2.2 + 2.2 * i as f64 / steps);
+                mark(svg, point, 3.0 + 1.4 * i as f64 / steps);
             }
         }
     }
@@ -190,15 +189,8 @@ fn scatter(
 
 /// The knobs that were turned in a series.
 fn swept_knobs(course: &CourseRuns<'_>, series: &str) -> Vec<String> {
-    let mut knobs: Vec<String> = Vec::new();
-    for run in course.runs.iter().filter(|run| run.series() == series) {
-        for knob in run.knobs.keys() {
-            if !knobs.contains(knob) {
-                knobs.push(knob.clone());
-            }
-        }
-    }
-    knobs
+    let runs = course.runs.iter().filter(|run| run.series() == series);
+    unique(runs.flat_map(|run| run.knobs.keys().cloned()))
 }
 
 /// The runs in which no other knob is turned, in the order of the knob's values; one in which none is turned stands at

@@ -3,6 +3,7 @@
 use hroc_runtime::Stage;
 
 use super::WIDTH;
+use crate::compare::unique;
 use crate::metrics::mean_over;
 use crate::report::numbers::number;
 use crate::report::plot::{
@@ -102,12 +103,11 @@ fn names<'a>(runs: &[&'a RunResults]) -> Vec<&'a str> {
     ];
     const LAST: [Stage; 2] = [Stage::RENDER_OCCLUDEES, Stage::RENDER_BLENDED];
     let frames = runs.iter().flat_map(|run| &run.per_frame);
-    let mut names: Vec<&str> = Vec::new();
-    for name in frames.flat_map(|frame| frame.stages_ms.keys()) {
-        if !names.contains(&name.as_str()) {
-            names.push(name);
-        }
-    }
+    let mut names = unique(
+        frames
+            .flat_map(|frame| frame.stages_ms.keys())
+            .map(String::as_str),
+    );
     let place = |stages: &[Stage], name: &str| stages.iter().position(|stage| stage.name() == name);
     // Stable: the rest keep the order in which contenders bring them.
     names.sort_by_key(|name| match (place(&FIRST, name), place(&LAST, name)) {

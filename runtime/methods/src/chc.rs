@@ -1,0 +1,405 @@
+//! CHC and CHC++: coherent hierarchical culling with occlusion queries (Bittner, Wimmer, Piringer, Purgathofer 2004;
+//! Mattausch, Bittner, Wimmer 2008).
+//!
+//! The host walks the tree from front to back. Nodes that showed in the last frame are opened, leaves that showed are
+//! drawn at once and asked about for the next frame; nodes that did not show are asked about, and what lies below waits
+//! for the answer. CHC++ adds, each to be switched: limited batches of questions; questions about several nodes that
+//! stay hidden together; leaves that are asked about again only after a random number of frames; bounds of an interior
+//! node made of the boxes below it.
+//!
+//! Departures: wgpu hands results over in buffers, so the walk goes on until it has nothing left to do without
+//! answers (or a full batch), and all questions are then asked in one pass, one submit and one wait, after what was
+//! found so far is drawn. Questions about leaves that showed go along with those; where there are none to go along with,
+//! they are asked in the next frame that waits anyhow, and the leaf counts as visible until then. Nodes
+//! that touch the near plane are opened without a question. A question compares the depth where the pixel's ray
+//! enters the padded bounds.
+
+use std::collections::BinaryHeap;
+
+use hroc_format::ArchivedScene;
+use hroc_runtime::{
+    CameraError, CullingMethod, DepthConvention, Drawer, FrameContext, FrameUniform, HostSync,
+    QueryCounts, Scene, Sets, Tree,
+};
+
+use crate::host_tree::{HostTree, Placement, Queued};
+use crate::queries::{Boxes, Queries};
+use crate::view::View;
+use crate::waves::Waves;
+
+/// What CHC++ adds to CHC.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChcOptions {
+    /// Ask once so many nodes that did not show are known (b); `None`: as late as possible.
+    pub batch: Option<usize>,
+    /// Ask about several nodes at once that are likely to stay hidden.
+    pub multi_queries: bool,
+    /// Leaves that show are asked about again after up to so many frames (n_av); 0: in every frame.
+    pub assumed_visible: u32,
+    /// Bounds of an interior node are the boxes up to so many levels below (d_max); 0: its own.
+    pub tighter_levels: u32,
+    /// As long as their surfaces are no more than so many times its own (s_max).
+    pub tighter_surface: f32,
+}
+
+impl ChcOptions {
+    /// Plain CHC.
+    pub const CHC: Self = Self {
+        batch: None,
+        multi_queries: false,
+        assumed_visible: 0,
+        tighter_levels: 0,
+        tighter_surface: 1.0,
+    };
+    /// CHC++ with the parameters of the HROC paper.
+    pub const CHC_PLUS_PLUS: Self = Self {
+        batch: Some(4000),
+        multi_queries: true,
+        assumed_visible: 10,
+        tighter_levels: 4,
+        tighter_surface: 1.4,
+    };
+}
+
+/// What is remembered of a node.
+#[derive(Clone, Copy, Debug, Default)]
+struct NodeState {
+    visible: bool,
+    /// Number of the frame; frames count from 1.
+    last_visited: u32,
+    /// Frames in a row that it was found hidden.
+    hidden_frames: u32,
+    /// Leaves: the frame to ask about it again.
+    ask_again: u32,
+}
+
+/// Coherent hierarchical culling, for one view.
+#[derive(Debug)]
+pub struct CoherentCulling {
+    name: &'static str,
+    options: ChcOptions,
+    view: View,
+    tree: HostTree,
+    queries: Queries,
+    waves: Waves,
+    states: Vec<NodeState>,
+    frame: u32,
+    /// State of the generator of random numbers: the same in every run.
+    random: u32,
+    /// Leaves that showed and are to be asked about.
+    leaf_questions: Vec<u32>,
+    counts: QueryCounts,
+}
+
+/// A question on its way.
+#[derive(Debug)]
+struct Question {
+    nodes: Vec<u32>,
+    /// It is about a leaf that was drawn already.
+    drawn: bool,
+}
+
+impl CoherentCulling {
+    /// CHC or CHC++ over `scene`, baked as `baked`, with its hierarchy `tree`.
+    pub fn new(
+        device: &wgpu::Device,
+        scene: &Scene,
+        baked: &ArchivedScene,
+        tree: &Tree,
+        depth: DepthConvention,
+        options: ChcOptions,
+    ) -> Self {
+        let view = View::new(device, depth);
+        let host_tree = HostTree::new(baked, &tree.split);
+        let plain = options == ChcOptions::CHC;
+        Self {
+            name: if plain { "chc" } else { "chc++" },
+            options,
+            queries: Queries::new(device, scene, tree, &view),
+            waves: Waves::new(device, scene, depth),
+            states: vec![NodeState::default(); host_tree.nodes.len()],
+            tree: host_tree,
+            view,
+            frame: 0,
+            random: 1,
+            leaf_questions: Vec::new(),
+            counts: QueryCounts::default(),
+        }
+    }
+
+    /// A number from 1 to `most` (Marsaglia's xorshift).
+    fn random(&mut self, most: u32) -> u32 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 17;
+        self.random ^= self.random << 5;
+        1 + self.random % most
+    }
+
+    /// A leaf shows, and so do all above it.
+    fn pull_up(&mut self, leaf: u32) {
+        let mut n = leaf;
+        loop {
+            let state = &mut self.states[n as usize];
+            // Above a node that was seen visible in this frame all are.
+            if state.visible && state.last_visited == self.frame && n != leaf {
+                return;
+            }
+            state.visible = true;
+            state.last_visited = self.frame;
+            state.hidden_frames = 0;
+            if n == 0 {
+                return;
+            }
+            n = self.tree.nodes[n as usize].parent;
+        }
+    }
+
+    /// Draws a leaf, or queues what is below a node.
+    fn open(&mut self, uniform: &FrameUniform, n: u32, queue: &mut BinaryHeap<Queued>) {
+        if self.tree.is_leaf(n) {
+            self.waves.add(self.tree.nodes[n as usize].object);
+        } else {
+            queue.extend(self.tree.children(n).map(|node| Queued {
+                distance: self.tree.distance(uniform, node),
+                node,
+            }));
+        }
+    }
+
+    /// Walks on until there is nothing left to do, or a batch of hidden nodes is full.
+    fn walk(&mut self, uniform: &FrameUniform, queue: &mut BinaryHeap<Queued>) -> Vec<u32> {
+        let batch = self.options.batch.unwrap_or(usize::MAX).max(1);
+        let mut hidden = Vec::new();
+        while let Some(Queued { node: n, .. }) = queue.pop() {
+            let placement = self.tree.placement(uniform, n);
+            if placement == Placement::Outside {
+                continue;
+            }
+            let state = &mut self.states[n as usize];
+            let was_visible = state.visible && state.last_visited + 1 == self.frame;
+            state.visible = false;
+            state.last_visited = self.frame;
+            let ask_again = state.ask_again;
+            if placement == Placement::Open {
+                if self.tree.is_leaf(n) {
+                    self.pull_up(n);
+                }
+                self.open(uniform, n, queue);
+            } else if was_visible {
+                if self.tree.is_leaf(n) {
+                    // Until an answer says otherwise.
+                    self.pull_up(n);
+                    if self.frame >= ask_again {
+                        self.leaf_questions.push(n);
+                    }
+                }
+                self.open(uniform, n, queue);
+            } else {
+                hidden.push(n);
+                if hidden.len() >= batch {
+                    break;
+                }
+            }
+        }
+        hidden
+    }
+
+    /// The boxes that stand for a node.
+    fn boxes(&self, uniform: &FrameUniform, n: u32) -> Boxes {
+        let mut boxes = vec![n];
+        let most = self.options.tighter_surface * self.tree.surface(n);
+        for _ in 0..self.options.tighter_levels {
+            let below = boxes.iter().flat_map(|&n| match self.tree.is_leaf(n) {
+                true => vec![n],
+                false => self.tree.children(n).to_vec(),
+            });
+            let below = below.collect::<Vec<_>>();
+            let surface = below.iter().map(|&n| self.tree.surface(n)).sum::<f32>();
+            if below.len() == boxes.len() || surface > most {
+                break;
+            }
+            boxes = below;
+        }
+        // A box outside the image has no pixels; one that cannot be rasterized is kept together.
+        let placements = boxes.iter().map(|&n| self.tree.placement(uniform, n));
+        if placements
+            .clone()
+            .any(|placement| placement == Placement::Open)
+        {
+            return vec![n];
+        }
+        let inside = boxes.iter().zip(placements);
+        inside
+            .filter(|(_, placement)| *placement != Placement::Outside)
+            .map(|(&n, _)| n)
+            .collect()
+    }
+
+    /// Puts nodes that were hidden together, as long as that spares more than it risks.
+    fn grouped(&self, mut hidden: Vec<u32>) -> Vec<Question> {
+        let alone = |n| Question {
+            nodes: vec![n],
+            drawn: false,
+        };
+        if !self.options.multi_queries {
+            return hidden.into_iter().map(alone).collect();
+        }
+        // The chance that a node stays hidden.
+        let keeps = |n: u32| {
+            let frames = self.states[n as usize].hidden_frames;
+            0.99 - 0.7 * (-f64::from(frames)).exp()
+        };
+        hidden.sort_by(|&a, &b| keeps(b).total_cmp(&keeps(a)).then(a.cmp(&b)));
+        let mut questions = Vec::new();
+        let mut rest = hidden.into_iter().peekable();
+        while let Some(first) = rest.next() {
+            let mut question = alone(first);
+            let mut all_keep = keeps(first);
+            // Benefit over cost: nodes spared per query, and queries when it fails.
+            let value = |all_keep: f64, count: f64| count / (1.0 + (1.0 - all_keep) * count);
+            let mut best = value(all_keep, 1.0);
+            while let Some(&next) = rest.peek() {
+                let with = all_keep * keeps(next);
+                let better = value(with, (question.nodes.len() + 1) as f64);
+                if better <= best {
+                    break;
+                }
+                (all_keep, best) = (with, better);
+                question.nodes.push(next);
+                rest.next();
+            }
+            questions.push(question);
+        }
+        questions
+    }
+
+    /// Asks, and queues what shows.
+    fn ask(
+        &mut self,
+        frame: &mut FrameContext<'_>,
+        uniform: &FrameUniform,
+        mut questions: Vec<Question>,
+        queue: &mut BinaryHeap<Queued>,
+    ) {
+        while !questions.is_empty() {
+            let boxes = questions.iter().map(|question| {
+                let boxes = question.nodes.iter().map(|&n| self.boxes(uniform, n));
+                boxes.collect::<Vec<_>>().concat()
+            });
+            let boxes = boxes.collect::<Vec<_>>();
+            let fitting = self.queries.fitting(&boxes).max(1);
+            let answers = self.queries.ask(frame, &boxes[..fitting]);
+            self.counts.queries += fitting as u32;
+            self.counts.boxes += boxes[..fitting].iter().map(Vec::len).sum::<usize>() as u32;
+            self.counts.waits += 1;
+            let rest = questions.split_off(fitting);
+            let mut again = Vec::new();
+            for (question, shows) in questions.into_iter().zip(answers) {
+                match (shows, question.drawn) {
+                    (true, true) => self.ask_later(question.nodes[0]),
+                    // It waits for an answer in the next frame.
+                    (false, true) => self.states[question.nodes[0] as usize].visible = false,
+                    (true, false) => {
+                        self.counts.wasted += 1;
+                        match question.nodes[..] {
+                            [n] => {
+                                if self.tree.is_leaf(n) {
+                                    self.pull_up(n);
+                                    self.ask_later(n);
+                                }
+                                self.open(uniform, n, queue);
+                            }
+                            // One by one.
+                            _ => again.extend(question.nodes.into_iter().map(|n| Question {
+                                nodes: vec![n],
+                                drawn: false,
+                            })),
+                        }
+                    }
+                    (false, false) => {
+                        for n in question.nodes {
+                            self.states[n as usize].hidden_frames += 1;
+                        }
+                    }
+                }
+            }
+            questions = again;
+            questions.extend(rest);
+        }
+    }
+
+    /// A leaf that shows is left alone for a while.
+    fn ask_later(&mut self, n: u32) {
+        if self.options.assumed_visible > 0 {
+            let frames = self.random(self.options.assumed_visible);
+            self.states[n as usize].ask_again = self.frame + frames;
+        }
+    }
+}
+
+impl CullingMethod for CoherentCulling {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn host_sync(&self) -> HostSync {
+        HostSync::MidFrame
+    }
+
+    fn encode(
+        &mut self,
+        frame: &mut FrameContext<'_>,
+        drawer: &mut dyn Drawer,
+    ) -> Result<(), CameraError> {
+        let uniform = self.view.begin(frame)?;
+        self.frame += 1;
+        self.counts = QueryCounts::default();
+        self.waves.begin(frame.scene);
+        let mut queue = BinaryHeap::new();
+        if !self.tree.nodes.is_empty() {
+            let distance = self.tree.distance(&uniform, 0);
+            queue.push(Queued { distance, node: 0 });
+        }
+        loop {
+            let hidden = self.walk(&uniform, &mut queue);
+            self.waves.draw(frame, drawer);
+            if hidden.is_empty() {
+                break;
+            }
+            let mut questions = self.grouped(hidden);
+            // Some may be left from an earlier frame, and have moved out of the image or up to the near plane since.
+            let mut leaves = std::mem::take(&mut self.leaf_questions);
+            leaves.sort_unstable();
+            leaves.dedup();
+            leaves.retain(|&n| matches!(self.tree.placement(&uniform, n), Placement::Box { .. }));
+            questions.extend(leaves.into_iter().map(|n| Question {
+                nodes: vec![n],
+                drawn: true,
+            }));
+            self.ask(frame, &uniform, questions, &mut queue);
+        }
+        self.waves.end(frame, drawer);
+        Ok(())
+    }
+
+    fn sets(&self) -> Sets<'_> {
+        self.waves.sets()
+    }
+
+    fn queries(&self) -> Option<QueryCounts> {
+        Some(self.counts)
+    }
+
+    fn depth(&self) -> DepthConvention {
+        self.view.depth
+    }
+
+    fn reset(&mut self, _encoder: &mut wgpu::CommandEncoder) {
+        self.states.fill(NodeState::default());
+        self.leaf_questions.clear();
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.view.frame.size() + self.queries.memory_bytes() + self.waves.memory_bytes()
+    }
+}

@@ -1,0 +1,133 @@
+//! A BVH on the host, for methods that walk it there.
+
+use hroc_format::{ArchivedScene, NO_OBJECT};
+use hroc_runtime::FrameUniform;
+use hroc_runtime::twin::bounds::{
+    Box3, LARGEST_NDC, footprint, in_frustum, nearest_along, padded, rasterized, touches_near,
+};
+
+/// A node, in depth-first order: the first child follows its parent.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HostNode {
+    min: [f32; 3],
+    max: [f32; 3],
+    /// One past the last node below.
+    pub skip: u32,
+    /// [`NO_OBJECT`] for an interior node.
+    pub object: u32,
+    pub parent: u32,
+}
+
+/// How the bounds of a node lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Placement {
+    Outside,
+    /// No rasterized box can stand for it: it touches the near plane or reaches far out of the image.
+    Open,
+    /// Pixels of the rectangle round its box.
+    Box {
+        area_px: f32,
+    },
+}
+
+/// The nodes of one tree.
+#[derive(Debug)]
+pub(crate) struct HostTree {
+    pub nodes: Vec<HostNode>,
+}
+
+impl HostTree {
+    pub fn new(baked: &ArchivedScene, split: &str) -> Self {
+        let tree = baked.bvhs.iter().find(|bvh| bvh.split == split);
+        let nodes = tree.map_or_else(Vec::new, |bvh| {
+            let parents = bvh.parents.iter();
+            let node = |(node, parent): (&hroc_format::ArchivedBvhNode, &rend::u32_le)| HostNode {
+                min: node.min.map(|x| x.to_native()),
+                max: node.max.map(|x| x.to_native()),
+                skip: node.skip.to_native(),
+                object: node.object.to_native(),
+                parent: parent.to_native(),
+            };
+            bvh.nodes.iter().zip(parents).map(node).collect()
+        });
+        Self { nodes }
+    }
+
+    pub fn is_leaf(&self, n: u32) -> bool {
+        self.nodes[n as usize].object != NO_OBJECT
+    }
+
+    /// Of an interior node.
+    pub fn children(&self, n: u32) -> [u32; 2] {
+        [n + 1, self.nodes[n as usize + 1].skip]
+    }
+
+    /// Leaves below a node; a binary tree has one more of them than interior nodes.
+    pub fn leaf_count(&self, n: u32) -> u32 {
+        (self.nodes[n as usize].skip - n).div_ceil(2)
+    }
+
+    /// The bounds, grown by what rasterization may move.
+    pub fn padded(&self, frame: &FrameUniform, n: u32) -> Box3 {
+        let node = &self.nodes[n as usize];
+        padded(frame, node.min, node.max)
+    }
+
+    pub fn placement(&self, frame: &FrameUniform, n: u32) -> Placement {
+        let bounds = self.padded(frame, n);
+        if !in_frustum(frame, bounds) {
+            return Placement::Outside;
+        }
+        let outer = rasterized(frame, bounds);
+        if touches_near(frame, outer) {
+            return Placement::Open;
+        }
+        let footprint = footprint(frame, outer);
+        if footprint.farthest_ndc > LARGEST_NDC {
+            return Placement::Open;
+        }
+        Placement::Box {
+            area_px: footprint.area_px,
+        }
+    }
+
+    /// View depth of the nearest point of the bounds.
+    pub fn distance(&self, frame: &FrameUniform, n: u32) -> f32 {
+        nearest_along(frame.forward.into(), self.padded(frame, n))
+    }
+
+    /// Surface area of the bounds.
+    pub fn surface(&self, n: u32) -> f32 {
+        let node = &self.nodes[n as usize];
+        let [x, y, z] = [0, 1, 2].map(|axis| node.max[axis] - node.min[axis]);
+        2.0 * (x * y + y * z + z * x)
+    }
+}
+
+/// A node in a queue, the nearest first; equal ones by number, so that the order is always the same.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Queued {
+    pub distance: f32,
+    pub node: u32,
+}
+
+impl Ord for Queued {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        let nearer = other.distance.total_cmp(&self.distance);
+        nearer.then(other.node.cmp(&self.node))
+    }
+}
+
+impl PartialOrd for Queued {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Queued {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Queued {}

@@ -1,0 +1,388 @@
+//! NOHC: near optimal hierarchical culling (Guthe, Balázs, Klein, EGSR 2006). A walk like CHC's that asks only where the
+//! measured cost of the question is less than what it may be expected to spare.
+//!
+//! Departures: answers come in batches, as in [`chc`](crate::CoherentCulling), so what is below a node that is asked
+//! about without waiting is never taken back; its answer serves the next frame. The surface of an object is that of its
+//! mesh times the mean scale of its transform squared. The hardware is measured with made-up geometry, not with the
+//! host's materials.
+
+use std::collections::BinaryHeap;
+
+use hroc_format::{ArchivedScene, NO_OBJECT};
+use hroc_runtime::{
+    CameraError, CullingMethod, DepthConvention, Drawer, FrameContext, FrameUniform, HostSync,
+    QueryCounts, Scene, Sets, Tree,
+};
+
+use crate::hardware::HardwareTimes;
+use crate::host_tree::{HostTree, Placement, Queued};
+use crate::queries::Queries;
+use crate::view::View;
+use crate::waves::Waves;
+
+/// What is drawn below a node, summed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Content {
+    triangles: f64,
+    /// Surface of the geometry over that of the bounds, times 3/2: the share of the box's pixels that the content
+    /// covers (R_cov).
+    coverage: f64,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct NodeState {
+    visible: bool,
+    /// Number of the frame; frames count from 1.
+    last_visited: u32,
+    last_asked: u32,
+}
+
+/// What is estimated of a node in a frame.
+#[derive(Clone, Copy, Debug)]
+struct Estimate {
+    render_ms: f64,
+    query_ms: f64,
+    /// C and B of section 4.1.
+    benefit_ms: f64,
+}
+
+/// NOHC for one view.
+#[derive(Debug)]
+pub struct NearOptimalCulling {
+    view: View,
+    tree: HostTree,
+    contents: Vec<Content>,
+    hardware: HardwareTimes,
+    queries: Queries,
+    waves: Waves,
+    states: Vec<NodeState>,
+    frame: u32,
+    counts: QueryCounts,
+}
+
+/// Surface of a mesh in object space.
+fn surface(baked: &ArchivedScene, mesh: &hroc_format::ArchivedMesh) -> f64 {
+    let first = mesh.first_index.to_native() as usize;
+    let count = mesh.index_count.to_native() as usize;
+    let base = mesh.first_vertex.to_native() as usize;
+    let position = |index: &rend::u32_le| {
+        let vertex = base + index.to_native() as usize;
+        let p = match baked.quantized_positions.get(vertex) {
+            Some(p) => [0, 1, 2].map(|axis| f32::from(p[axis].to_native()) / 65535.0),
+            None => baked.positions[vertex].map(|x| x.to_native()),
+        };
+        glam::Vec3::from(p).as_dvec3()
+    };
+    let triangles = baked.indices[first..first + count].chunks_exact(3);
+    let areas = triangles.map(|corners| {
+        let [a, b, c] = [0, 1, 2].map(|i| position(&corners[i]));
+        0.5 * (b - a).cross(c - a).length()
+    });
+    areas.sum()
+}
+
+/// Triangles and coverage of every node of `tree`.
+fn contents(baked: &ArchivedScene, tree: &HostTree) -> Vec<Content> {
+    let meshes = baked.meshes.iter().map(|mesh| surface(baked, mesh));
+    let meshes = meshes.collect::<Vec<_>>();
+    // First surfaces, from the leaves up: children come after their parents.
+    let mut contents = vec![Content::default(); tree.nodes.len()];
+    for n in (0..tree.nodes.len()).rev() {
+        let node = &tree.nodes[n];
+        if node.object != NO_OBJECT {
+            let object = &baked.objects[node.object as usize];
+            let mesh = object.mesh.to_native() as usize;
+            let row = |i: usize| {
+                let row = object.world_from_object[i].map(|x| x.to_native());
+                glam::Vec3::new(row[0], row[1], row[2])
+                    .as_dvec3()
+                    .length_squared()
+            };
+            let scale_squared = (row(0) + row(1) + row(2)) / 3.0;
+            let triangles = baked.meshes[mesh].index_count.to_native() / 3;
+            contents[n].triangles = f64::from(triangles);
+            contents[n].coverage = meshes[mesh] * scale_squared;
+        }
+        if n > 0 {
+            let Content {
+                triangles,
+                coverage,
+            } = contents[n];
+            let parent = &mut contents[node.parent as usize];
+            parent.triangles += triangles;
+            parent.coverage += coverage;
+        }
+    }
+    for (content, n) in contents.iter_mut().zip(0..) {
+        let bounds = f64::from(tree.surface(n)).max(f64::MIN_POSITIVE);
+        content.coverage = (1.5 * content.coverage / bounds).clamp(0.0, 1.0);
+    }
+    contents
+}
+
+impl NearOptimalCulling {
+    /// NOHC over `scene`, baked as `baked`, with its hierarchy `tree`, on a device with these `hardware` times.
+    pub fn new(
+        device: &wgpu::Device,
+        scene: &Scene,
+        baked: &ArchivedScene,
+        tree: &Tree,
+        depth: DepthConvention,
+        hardware: HardwareTimes,
+    ) -> Self {
+        let view = View::new(device, depth);
+        let host_tree = HostTree::new(baked, &tree.split);
+        Self {
+            contents: contents(baked, &host_tree),
+            hardware,
+            queries: Queries::new(device, scene, tree, &view),
+            waves: Waves::new(device, scene, depth),
+            states: vec![NodeState::default(); host_tree.nodes.len()],
+            tree: host_tree,
+            view,
+            frame: 0,
+            counts: QueryCounts::default(),
+        }
+    }
+
+    /// It was visited in the last frame and did not show.
+    fn was_occluded(&self, n: u32) -> bool {
+        let state = &self.states[n as usize];
+        state.last_visited + 1 == self.frame && !state.visible
+    }
+
+    /// Times and benefit of a node whose box covers `area_px`, where `covered` of the screen is covered in front.
+    fn estimate(&self, n: u32, area_px: f64, covered: f64, pixels: f64) -> Estimate {
+        let hardware = &self.hardware;
+        let content = &self.contents[n as usize];
+        let leaves = f64::from(self.tree.leaf_count(n));
+        // Two fragments per pixel covered, as the paper presumes.
+        let fragments = 2.0 * content.coverage * area_px;
+        let render_ms = (leaves * hardware.draw_ms)
+            .max(content.triangles * hardware.triangle_ms)
+            .max(fragments * hardware.fragment_ms);
+        let query_ms = hardware.query_ms + area_px * hardware.query_fragment_ms;
+        let box_share = (area_px / pixels).min(1.0);
+        let covering = if box_share < covered {
+            (covered.sqrt() - box_share.sqrt()).powi(2)
+        } else {
+            0.0
+        };
+        let state = &self.states[n as usize];
+        let occlusion = if state.last_visited + 1 != self.frame {
+            covering
+        } else if state.visible {
+            0.5 * covering * covering
+        } else {
+            1.0
+        };
+        let levels = (self.tree.nodes.len() as f64 + 1.0).log2();
+        Estimate {
+            render_ms,
+            query_ms,
+            benefit_ms: occlusion * (render_ms - query_ms) / levels,
+        }
+    }
+
+    /// Figure 5.
+    fn is_reasonable(&self, uniform: &FrameUniform, n: u32, area_px: f64, covered: f64) -> bool {
+        let pixels = f64::from(uniform.size[0]) * f64::from(uniform.size[1]);
+        let node = self.estimate(n, area_px, covered, pixels);
+        let children = if self.tree.is_leaf(n) {
+            Vec::new()
+        } else {
+            self.tree.children(n).to_vec()
+        };
+        let below = children.iter().filter_map(|&child| {
+            let area_px = match self.tree.placement(uniform, child) {
+                Placement::Outside => return None,
+                Placement::Open => pixels,
+                Placement::Box { area_px } => f64::from(area_px),
+            };
+            Some(self.estimate(child, area_px, covered, pixels))
+        });
+        let below = below.collect::<Vec<_>>();
+        let sum = |value: fn(&Estimate) -> f64| below.iter().map(value).sum::<f64>();
+        if node.render_ms < node.query_ms
+            || (!children.is_empty() && sum(|child| child.query_ms) < node.query_ms)
+        {
+            return false;
+        }
+        if self.was_occluded(n) {
+            return true;
+        }
+        let state = &self.states[n as usize];
+        let frames = f64::from(self.frame - state.last_asked);
+        if node.query_ms > frames * node.benefit_ms {
+            return false;
+        }
+        if children.is_empty() || below.iter().any(|child| child.render_ms < child.query_ms) {
+            return true;
+        }
+        let leaves = f64::from(self.tree.leaf_count(n));
+        node.benefit_ms > sum(|child| child.benefit_ms)
+            && self.hardware.query_overhead_ms * leaves > node.query_ms
+    }
+
+    /// A leaf shows, and so do all above it.
+    fn pull_up(&mut self, leaf: u32) {
+        let mut n = leaf;
+        loop {
+            let state = &mut self.states[n as usize];
+            if state.visible && state.last_visited == self.frame && n != leaf {
+                return;
+            }
+            state.visible = true;
+            state.last_visited = self.frame;
+            if n == 0 {
+                return;
+            }
+            n = self.tree.nodes[n as usize].parent;
+        }
+    }
+
+    /// Draws a leaf, or queues what is below a node.
+    fn process(&mut self, walk: &mut Walk<'_>, n: u32, area_px: f64) {
+        if self.tree.is_leaf(n) {
+            self.waves.add(self.tree.nodes[n as usize].object);
+            self.pull_up(n);
+            let share = self.contents[n as usize].coverage * (area_px / walk.pixels).min(1.0);
+            walk.covered += (1.0 - walk.covered) * share;
+        } else {
+            walk.queue.extend(self.tree.children(n).map(|node| Queued {
+                distance: self.tree.distance(walk.uniform, node),
+                node,
+            }));
+        }
+    }
+}
+
+/// The state of a frame's walk.
+struct Walk<'a> {
+    uniform: &'a FrameUniform,
+    queue: BinaryHeap<Queued>,
+    /// Share of the screen that is covered by what was drawn (c_scr).
+    covered: f64,
+    pixels: f64,
+}
+
+/// A question: the node, the pixels of its box, and whether what is below waits for the answer.
+#[derive(Clone, Copy, Debug)]
+struct Question {
+    node: u32,
+    area_px: f64,
+    waits: bool,
+}
+
+impl CullingMethod for NearOptimalCulling {
+    fn name(&self) -> &'static str {
+        "nohc"
+    }
+
+    fn host_sync(&self) -> HostSync {
+        HostSync::MidFrame
+    }
+
+    fn encode(
+        &mut self,
+        frame: &mut FrameContext<'_>,
+        drawer: &mut dyn Drawer,
+    ) -> Result<(), CameraError> {
+        let uniform = self.view.begin(frame)?;
+        self.frame += 1;
+        self.counts = QueryCounts::default();
+        self.waves.begin(frame.scene);
+        let mut walk = Walk {
+            uniform: &uniform,
+            queue: BinaryHeap::new(),
+            covered: 0.0,
+            pixels: f64::from(uniform.size[0]) * f64::from(uniform.size[1]),
+        };
+        if !self.tree.nodes.is_empty() {
+            let distance = self.tree.distance(&uniform, 0);
+            walk.queue.push(Queued { distance, node: 0 });
+        }
+        loop {
+            let mut questions = Vec::new();
+            while let Some(Queued { node, .. }) = walk.queue.pop() {
+                let placement = self.tree.placement(&uniform, node);
+                let area_px = match placement {
+                    Placement::Outside => continue,
+                    Placement::Open => walk.pixels,
+                    Placement::Box { area_px } => f64::from(area_px),
+                };
+                let asks = placement != Placement::Open
+                    && self.is_reasonable(&uniform, node, area_px, walk.covered);
+                let waits = asks && self.was_occluded(node);
+                let state = &mut self.states[node as usize];
+                state.last_visited = self.frame;
+                // Where it is not asked about it counts as asked and found visible.
+                state.visible = !asks;
+                if asks {
+                    state.last_asked = self.frame;
+                    questions.push(Question {
+                        node,
+                        area_px,
+                        waits,
+                    });
+                }
+                if !waits {
+                    self.process(&mut walk, node, area_px);
+                }
+            }
+            self.waves.draw(frame, drawer);
+            if questions.is_empty() {
+                break;
+            }
+            // Without anything that waits, the answers serve the next frame only; they still have to be had.
+            let mut rest = &questions[..];
+            while !rest.is_empty() {
+                let boxes = rest.iter().map(|question| vec![question.node]);
+                let boxes = boxes.collect::<Vec<_>>();
+                let fitting = self.queries.fitting(&boxes).max(1);
+                let answers = self.queries.ask(frame, &boxes[..fitting]);
+                self.counts.queries += fitting as u32;
+                self.counts.boxes += fitting as u32;
+                self.counts.waits += 1;
+                for (question, shows) in rest[..fitting].iter().zip(answers) {
+                    let &Question {
+                        node,
+                        area_px,
+                        waits,
+                    } = question;
+                    self.counts.wasted += u32::from(shows);
+                    self.states[node as usize].visible = shows;
+                    if shows && self.tree.is_leaf(node) {
+                        self.pull_up(node);
+                    }
+                    if shows && waits {
+                        self.process(&mut walk, node, area_px);
+                    }
+                }
+                rest = &rest[fitting..];
+            }
+        }
+        self.waves.end(frame, drawer);
+        Ok(())
+    }
+
+    fn sets(&self) -> Sets<'_> {
+        self.waves.sets()
+    }
+
+    fn queries(&self) -> Option<QueryCounts> {
+        Some(self.counts)
+    }
+
+    fn depth(&self) -> DepthConvention {
+        self.view.depth
+    }
+
+    fn reset(&mut self, _encoder: &mut wgpu::CommandEncoder) {
+        self.states.fill(NodeState::default());
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.view.frame.size() + self.queries.memory_bytes() + self.waves.memory_bytes()
+    }
+}
