@@ -100,18 +100,15 @@ impl HeatScale {
             &format!("fill=\"#{r:02x}{g:02x}{b:02x}\" stroke=\"#999\""),
         );
         svg.text([53.0, 38.0], TEXT, Anchor::Middle, "none");
-        let mut value = 1.0f32;
-        while value <= self.most {
+        let step = if self.most > 300.0 { 4.0 } else { 2.0 };
+        let powers = (0..).map(|power| f32::powi(step, power));
+        // The last one has room for itself.
+        let powers = powers.take_while(|value| *value < 0.8 * self.most);
+        for value in powers.chain([self.most]) {
             let at = bar.left + bar.width * f64::from(value.ln() / self.most.ln());
-            svg.line(
-                [at, bar.bottom()],
-                [at, bar.bottom() + 4.0],
-                "#222",
-                1.0,
-                "",
-            );
+            let tick = [[at, bar.bottom()], [at, bar.bottom() + 4.0]];
+            svg.line(tick[0], tick[1], "#222", 1.0, "");
             svg.text([at, 38.0], TEXT, Anchor::Middle, &short(value.into()));
-            value *= if self.most > 300.0 { 4.0 } else { 2.0 };
         }
         svg.text([bar.left, 50.0], 11.0, Anchor::Start, "fragments per pixel");
         svg.finish()

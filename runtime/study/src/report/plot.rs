@@ -29,10 +29,16 @@ pub fn panel(svg: &mut Svg, rect: Rect, x: &Axis, y: &Axis, title: &str) {
         };
         svg.rect(band, "fill=\"#f1f4f7\"");
     }
+    let mut free_from = f64::NEG_INFINITY;
     for (place, label) in x.ticks() {
         let at = rect.x(place);
         svg.line([at, rect.top], [at, rect.bottom()], GRID, 1.0, "");
-        svg.text([at, rect.bottom() + 16.0], TEXT, Anchor::Middle, &label);
+        // A label that would run into the last one is left out; its line stays.
+        let half = 0.5 * text_width(&label, TEXT);
+        if at - half > free_from {
+            svg.text([at, rect.bottom() + 16.0], TEXT, Anchor::Middle, &label);
+            free_from = at + half + 2.0;
+        }
     }
     for (place, label) in y.ticks() {
         let at = rect.y(place);

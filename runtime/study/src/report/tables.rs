@@ -145,14 +145,14 @@ pub(super) fn culling(course: &CourseRuns<'_>) -> Option<Table> {
         "C/N",
         "C/R",
         "in the frustum",
+        "wrong pixels",
+        "false negatives",
         "drawn",
         "visible",
         "triangles",
         "overdraw",
         "boxes",
         "ray-box tests",
-        "wrong pixels",
-        "false negatives",
     ]);
     for run in &course.runs {
         let objects = |pick: fn(&Frame) -> Option<usize>| {
@@ -169,14 +169,14 @@ pub(super) fn culling(course: &CourseRuns<'_>) -> Option<Table> {
             share(metrics::culled_of_all(run)),
             share(metrics::culled_of_hidden(run)),
             share(metrics::cull_rate_in_frustum(run)),
+            or_absent(metrics::wrong_pixels(run)),
+            or_absent(metrics::false_negatives(run)),
             objects(|frame| frame.pvs),
             objects(|frame| frame.visible),
             work(|frame| frame.counters.triangles),
             or_absent(overdraw),
             work(|frame| frame.counters.boxes_rasterized),
             work(|frame| frame.counters.ray_box_tests),
-            or_absent(metrics::wrong_pixels(run)),
-            or_absent(metrics::false_negatives(run)),
         ]);
     }
     Some(table.without_empty_columns())
