@@ -12,6 +12,7 @@ pub struct Pipelines(Arc<Mutex<Made>>);
 
 impl Pipelines {
     /// What `make` made the first time that `key` was asked for. The key tells all that the thing depends on.
+    /// `make` must not ask for another: nobody else can until it returns.
     pub fn get<T: Clone + Send + Sync + 'static>(&self, key: &str, make: impl FnOnce() -> T) -> T {
         let mut made = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let found = made

@@ -3,8 +3,8 @@
 
 use std::time::Instant;
 
+use hroc_runtime::Targets;
 use hroc_runtime::gpu::{self, Access};
-use hroc_runtime::{DeviceProfile, Targets};
 
 const SIDE_PX: u32 = 512;
 const REPEATS: usize = 7;
@@ -26,7 +26,7 @@ pub struct HardwareTimes {
     pub query_ms: f64,
     /// Per fragment of the bounds in a query (T_o^f).
     pub query_fragment_ms: f64,
-    /// From asking a query to its answer on the host, beyond the above (T_o^l).
+    /// From recording one small query to its answer on the host (T_o^l).
     pub query_latency_ms: f64,
     /// Per query round something that is drawn anyhow (T_o^o).
     pub query_overhead_ms: f64,
@@ -56,8 +56,8 @@ struct Bench<'a> {
 
 impl HardwareTimes {
     /// Measures `device`. Takes a few tenths of a second; submits and waits.
-    pub fn measure(device: &wgpu::Device, queue: &wgpu::Queue, profile: &DeviceProfile) -> Self {
-        let bench = Bench::new(device, queue, profile);
+    pub fn measure(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let bench = Bench::new(device, queue);
         let pixel = 1.0 / SIDE_PX as f32;
         let load = |draws, triangles_per_draw, size, queries| Load {
             draws,
@@ -71,9 +71,9 @@ impl HardwareTimes {
         let draw_ms = (per(load(MANY, 1, pixel, false), MANY) - triangle_ms).max(0.0);
         let fragments = LAYERS * SIDE_PX * SIDE_PX;
         let fragment_ms = per(load(LAYERS, 1, 1.0, false), fragments);
-        let latency = bench.time(load(1, 1, pixel, true)) - none;
+        let latency = bench.time(load(1, 1, pixel, true));
         let query = |load: Load, count: u32| {
-            (bench.time(load) - none - latency).max(0.0) / f64::from(count)
+            (bench.time(load) - latency).max(0.0) / f64::from(count)
         };
         let query_ms = query(load(MANY, 12, pixel, true), MANY);
         let query_fragment_ms = query(load(LAYERS, 1, 1.0, true), fragments);
@@ -83,14 +83,14 @@ impl HardwareTimes {
             fragment_ms,
             query_ms,
             query_fragment_ms,
-            query_latency_ms: latency.max(0.0),
+            query_latency_ms: latency,
             query_overhead_ms: (query_ms - draw_ms - 12.0 * triangle_ms).max(0.0),
         }
     }
 }
 
 impl<'a> Bench<'a> {
-    fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue, profile: &DeviceProfile) -> Self {
+    fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue) -> Self {
         let texture = |format| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("hardware times"),
@@ -110,7 +110,7 @@ impl<'a> Bench<'a> {
         };
         let stages = wgpu::ShaderStages::VERTEX;
         let layout = gpu::buffer_layout(device, "hardware times", stages, &[Access::Uniform]);
-        let pipeline = (profile.pipelines).get("hardware", || pipeline(device, &layout));
+        let pipeline = pipeline(device, &layout);
         let bytes = 8 * u64::from(MANY);
         let buffer = |label, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {

@@ -1,5 +1,6 @@
 //! The command line of `hroc`.
 
+mod calibrate;
 mod compare;
 mod course;
 mod hard_cases;
@@ -33,6 +34,7 @@ Examples:
   hroc path house.hroc orbit -o orbit.json         a standard camera path as a file, to edit
   hroc hard-cases                                  every method over the hard cases
   hroc msoc frame.moc --check                      masked software occlusion culling on a recorded frame
+  hroc calibrate                                   what draws, boxes and queries cost on this device
   hroc methods                                     the culling methods there are
 
 Baked scenes come from: hroc-bake bake SCENE.glb -o SCENE.hroc
@@ -63,6 +65,8 @@ enum Command {
     HardCases(hard_cases::HardCasesArguments),
     /// Play a recorded frame through masked software occlusion culling, without a GPU.
     Msoc(msoc::MsocArguments),
+    /// Measure what drawing, boxes and occlusion queries cost on this device.
+    Calibrate(calibrate::CalibrateArguments),
     /// List the culling methods.
     Methods,
 }
@@ -89,6 +93,7 @@ pub fn main() -> ExitCode {
         Command::Path(arguments) => path::path(arguments),
         Command::HardCases(arguments) => hard_cases::hard_cases(arguments),
         Command::Msoc(arguments) => msoc::msoc(arguments),
+        Command::Calibrate(arguments) => calibrate::calibrate(arguments),
         Command::Methods => to_stdout(&registry::table()).map(|()| exit::GOOD),
     };
     ExitCode::from(result.unwrap_or_else(|error| {

@@ -153,6 +153,18 @@ impl Comparison {
         }
     }
 
+    /// Adds what another comparison found, on the same machine or another: its commands and machine stand beside these.
+    pub fn join(&mut self, other: Self) {
+        self.command = format!("{}; {}", self.command, other.command);
+        self.skipped.extend(other.skipped);
+        for trees in other.trees {
+            if !self.trees.contains(&trees) {
+                self.trees.push(trees);
+            }
+        }
+        self.runs.extend(other.runs);
+    }
+
     /// Runs `contenders` over `course` and adds what they found. A course that nobody can run is noted as skipped; the
     /// exit code that the first one's reason calls for is returned, if nobody could.
     ///

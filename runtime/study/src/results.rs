@@ -94,6 +94,19 @@ pub struct AdapterInfo {
     pub backend: String,
 }
 
+impl AdapterInfo {
+    /// Of an open device.
+    pub fn of(info: &wgpu::AdapterInfo) -> Self {
+        Self {
+            name: info.name.clone(),
+            driver: format!("{} {}", info.driver, info.driver_info)
+                .trim()
+                .to_owned(),
+            backend: info.backend.to_str().to_owned(),
+        }
+    }
+}
+
 /// Which of several ways a run took.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Paths {
@@ -228,6 +241,13 @@ pub struct Counters {
     pub boxes_rasterized: Option<u64>,
     pub rays: Option<u64>,
     pub ray_box_tests: Option<u64>,
+    /// Occlusion queries issued, those that spared nothing, and the waits for their answers.
+    #[serde(default)]
+    pub queries: Option<u64>,
+    #[serde(default)]
+    pub wasted_queries: Option<u64>,
+    #[serde(default)]
+    pub waits: Option<u64>,
 }
 
 impl RunResults {
@@ -390,7 +410,7 @@ pub(crate) mod tests {
             ("/per_frame/0/sets", "V O G U D"),
             (
                 "/per_frame/0/counters",
-                "draws triangles groups boxes_rasterized rays ray_box_tests",
+                "draws triangles groups boxes_rasterized rays ray_box_tests queries wasted_queries waits",
             ),
             (
                 "/per_frame/0",

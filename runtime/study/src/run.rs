@@ -141,13 +141,7 @@ fn results(bench: &Bench<'_>, warnings: &[Warning], entrant: Entrant<'_>) -> Run
         frames: course.frames,
         repeats: course.repeats,
         depth: course.depth.name().to_owned(),
-        adapter: AdapterInfo {
-            name: gpu.info.name.clone(),
-            driver: format!("{} {}", gpu.info.driver, gpu.info.driver_info)
-                .trim()
-                .to_owned(),
-            backend: gpu.info.backend.to_str().to_owned(),
-        },
+        adapter: AdapterInfo::of(&gpu.info),
         paths: Paths {
             submission: course.profile.submission.name().to_owned(),
             early_z: course.profile.early_z.name().to_owned(),

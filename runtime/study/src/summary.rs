@@ -89,6 +89,10 @@ fn rows(results: &RunResults) -> Vec<[String; 2]> {
             "ray-box tests".to_owned(),
             work(|frame| frame.counters.ray_box_tests),
         ),
+        (
+            "occlusion queries".to_owned(),
+            work(|frame| frame.counters.queries),
+        ),
         ("objects visible".to_owned(), count(|frame| frame.visible)),
         (
             "objects in the frustum".to_owned(),

@@ -152,13 +152,7 @@ pub fn run(
         scale: options.scale.name().to_owned(),
         size: options.size,
         cases: cases.collect::<Result<_, _>>()?,
-        adapter: AdapterInfo {
-            name: gpu.info.name.clone(),
-            driver: format!("{} {}", gpu.info.driver, gpu.info.driver_info)
-                .trim()
-                .to_owned(),
-            backend: gpu.info.backend.to_str().to_owned(),
-        },
+        adapter: AdapterInfo::of(&gpu.info),
         skipped: unfit
             .into_iter()
             .map(|method| Skipped {

@@ -21,7 +21,7 @@ const RUN: [&str; 13] = [
     "objects",
     "steady",
 ];
-const FRAME: [&str; 22] = [
+const FRAME: [&str; 25] = [
     "frame",
     "frame_ms",
     "frame_samples_ms",
@@ -44,6 +44,9 @@ const FRAME: [&str; 22] = [
     "boxes_rasterized",
     "rays",
     "ray_box_tests",
+    "queries",
+    "wasted_queries",
+    "waits",
 ];
 
 /// The file.
@@ -125,6 +128,9 @@ fn frame_cells(number: usize, frame: &Frame) -> [String; FRAME.len()] {
         optional(counters.boxes_rasterized),
         optional(counters.rays),
         optional(counters.ray_box_tests),
+        optional(counters.queries),
+        optional(counters.wasted_queries),
+        optional(counters.waits),
     ]
 }
 

@@ -153,6 +153,9 @@ pub(super) fn culling(course: &CourseRuns<'_>) -> Option<Table> {
         "overdraw",
         "boxes",
         "ray-box tests",
+        "queries",
+        "wasted",
+        "waits",
     ]);
     for run in &course.runs {
         let objects = |pick: fn(&Frame) -> Option<usize>| {
@@ -177,6 +180,9 @@ pub(super) fn culling(course: &CourseRuns<'_>) -> Option<Table> {
             or_absent(overdraw),
             work(|frame| frame.counters.boxes_rasterized),
             work(|frame| frame.counters.ray_box_tests),
+            work(|frame| frame.counters.queries),
+            work(|frame| frame.counters.wasted_queries),
+            work(|frame| frame.counters.waits),
         ]);
     }
     Some(table.without_empty_columns())

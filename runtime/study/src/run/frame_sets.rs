@@ -1,7 +1,7 @@
 //! The sets of a frame, read back.
 
 use hroc_format::ArchivedScene;
-use hroc_runtime::{CullingMethod, readback};
+use hroc_runtime::{CullingMethod, QueryCounts, readback};
 
 use crate::drawn::Drawn;
 use crate::gpu::Gpu;
@@ -13,6 +13,7 @@ pub(super) struct FrameSets {
     pub(super) drawn: Drawn,
     effective_occluders: Option<IdSet>,
     group_count: Option<u32>,
+    queries: Option<QueryCounts>,
 }
 
 impl FrameSets {
@@ -25,6 +26,7 @@ impl FrameSets {
             effective_occluders: sets
                 .effective_occluders
                 .map(|set| IdSet::from_words(words(set))),
+            queries: method.queries(),
             // The second of the indirect arguments: the number of instances.
             group_count: sets.group_draw.map(|arguments| words(arguments)[1]),
         }
@@ -55,7 +57,11 @@ impl FrameSets {
             draws: Some(drawn.len() as u64),
             triangles: Some(drawn.iter().map(triangles).sum()),
             groups: groups.map(|count| count as u64),
-            boxes_rasterized: groups.map(|count| count as u64),
+            boxes_rasterized: (groups.map(|count| count as u64))
+                .or(self.queries.map(|counts| counts.boxes.into())),
+            queries: self.queries.map(|counts| counts.queries.into()),
+            wasted_queries: self.queries.map(|counts| counts.wasted.into()),
+            waits: self.queries.map(|counts| counts.waits.into()),
             ..Counters::default()
         };
     }
