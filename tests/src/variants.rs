@@ -14,6 +14,25 @@ pub fn exact_methods(
     world: &World,
     depth: DepthConvention,
 ) -> Vec<(String, Box<dyn CullingMethod>)> {
+    made(gpu, world, depth, usize::MAX)
+}
+
+/// Every exact method of the registry once, in its first exact mode, with the first tree.
+pub fn each_exact_method(
+    gpu: &Gpu,
+    world: &World,
+    depth: DepthConvention,
+) -> Vec<(String, Box<dyn CullingMethod>)> {
+    made(gpu, world, depth, 1)
+}
+
+/// `most` modes of each method, and with as many trees.
+fn made(
+    gpu: &Gpu,
+    world: &World,
+    depth: DepthConvention,
+    most: usize,
+) -> Vec<(String, Box<dyn CullingMethod>)> {
     let adaptive = Grouping::Adaptive { box_cost: 64.0 };
     let mut groupings = [Grouping::Published, adaptive].into_iter().cycle();
     let paths = gpu.profile.every_path(gpu.device.features());
@@ -26,10 +45,10 @@ pub fn exact_methods(
             &world.trees[..1]
         };
         let exact = |mode: &&Mode| mode.exactness == Exactness::Exact;
-        for mode in method.modes.iter().filter(exact) {
+        for mode in method.modes.iter().filter(exact).take(most) {
             // Seven combinations of paths and groupings beside three trees: all of them meet.
             groupings.next();
-            for tree in trees {
+            for tree in trees.iter().take(most) {
                 let grouping = groupings.next().unwrap();
                 let profile = paths.next().unwrap();
                 let scene = Scene {

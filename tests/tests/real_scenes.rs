@@ -1,5 +1,5 @@
 //! Whole scenes, generated ones and those made by others in the folder `HROC_TEST_SCENES`: each is baked, verified
-//! and drawn exactly, with every tree, from outside and from within.
+//! and drawn exactly, by every method, from outside and from within.
 
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
@@ -12,6 +12,7 @@ use hroc_preprocess::progress::Silent;
 use hroc_runtime::{CullingMethod, DepthConvention, Hroc, HrocOptions, Noc};
 use hroc_study::camera_path::{Cameras, orbit, walk_in};
 use hroc_tests::host::{Host, World, difference};
+use hroc_tests::variants::each_exact_method;
 use hroc_tests::{Gpu, gpu};
 
 const SIZE: [u32; 2] = [192, 108];
@@ -64,15 +65,17 @@ fn wrong_frames(gpu: &Gpu, path: &Path, options: &BakeOptions) -> Option<Vec<Str
     let depth = DepthConvention::Reversed;
     let host = Host::new(gpu, &world, SIZE, depth);
     let mut noc = Noc::new(&gpu.device, &world.scene, depth);
-    let options = HrocOptions {
-        depth,
-        ..Default::default()
-    };
-    let mut methods = world
-        .trees
-        .iter()
-        .map(|tree| Hroc::new(&gpu.device, &world.scene, tree, options))
-        .collect::<Vec<_>>();
+    // Each method once, HROC with every tree.
+    let mut methods = each_exact_method(gpu, &world, depth);
+    methods.extend(world.trees[1..].iter().map(|tree| {
+        let options = HrocOptions {
+            depth,
+            ..Default::default()
+        };
+        let hroc = Hroc::new(&gpu.device, &world.scene, tree, options);
+        let made: Box<dyn CullingMethod> = Box::new(hroc);
+        (format!("hroc {}", tree.split), made)
+    }));
     let (walk, circle) = (walk_in(world.baked.scene()), orbit(world.baked.scene()));
     // Two neighbouring frames each outside, on the way in and inside: one with a cut, one that coheres.
     let cameras = [0.0, 0.1, 4.5, 4.6, 8.0, 8.1].map(|t| walk.camera_at(t));
@@ -80,13 +83,13 @@ fn wrong_frames(gpu: &Gpu, path: &Path, options: &BakeOptions) -> Option<Vec<Str
     let mut failures = Vec::new();
     for (number, camera) in cameras.iter().chain(&[circle.camera_at(2.0)]).enumerate() {
         let truth = host.render(&mut noc, camera);
-        for (hroc, tree) in methods.iter_mut().zip(&world.trees) {
-            let frame = host.render(hroc as &mut dyn CullingMethod, camera);
+        for (method, culling) in &mut methods {
+            let frame = host.render(culling.as_mut(), camera);
             let found = difference(&truth, &frame);
             if found.wrong_pixels + found.false_negatives > 0 {
-                failures.push(format!("{name} {} frame {number}: {found:?}", tree.split));
+                failures.push(format!("{name} {method} frame {number}: {found:?}"));
             }
-            if number % 2 == 1 {
+            if number % 2 == 1 && method.starts_with("hroc") {
                 visible += truth.visible().len();
                 drawn += frame.pvs().len();
             }

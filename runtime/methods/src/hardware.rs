@@ -72,9 +72,8 @@ impl HardwareTimes {
         let fragments = LAYERS * SIDE_PX * SIDE_PX;
         let fragment_ms = per(load(LAYERS, 1, 1.0, false), fragments);
         let latency = bench.time(load(1, 1, pixel, true));
-        let query = |load: Load, count: u32| {
-            (bench.time(load) - latency).max(0.0) / f64::from(count)
-        };
+        let query =
+            |load: Load, count: u32| (bench.time(load) - latency).max(0.0) / f64::from(count);
         let query_ms = query(load(MANY, 12, pixel, true), MANY);
         let query_fragment_ms = query(load(LAYERS, 1, 1.0, true), fragments);
         Self {

@@ -126,10 +126,12 @@ fn camera_path(name: &Path, scene: &ArchivedScene) -> Result<CameraPath, StudyEr
     }
 }
 
-/// What reports call the path `name`: a standard path's name, or the file's.
+/// What reports call the path `name`: a standard path's name, or the file's without its endings.
 fn path_name(name: &Path) -> String {
     let file = name.file_name().unwrap_or(name.as_os_str());
-    file.to_string_lossy().into_owned()
+    let file = file.to_string_lossy();
+    let stem = file.strip_suffix(".json").unwrap_or(&file);
+    stem.strip_suffix(".path").unwrap_or(stem).to_owned()
 }
 
 /// `--depth`.

@@ -112,16 +112,17 @@ fn collect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     if (is_visible(n)) {
         return;
     }
+    // The frustum first: neighbours in the array are neighbours in space, so that whole groups of invocations end here.
+    let node = nodes[n];
+    let box = padded(node.min, node.max);
+    if (!in_frustum(box)) {
+        return;
+    }
     let parent = parents[n];
     if (n != 0u && !is_visible(parent)) {
         if (!refine(rasterized_area(padded(nodes[parent].min, nodes[parent].max)))) {
             return;
         }
-    }
-    let node = nodes[n];
-    let box = padded(node.min, node.max);
-    if (!in_frustum(box)) {
-        return;
     }
     let area_px = rasterized_area(box);
     if (node.object != NO_OBJECT) {
