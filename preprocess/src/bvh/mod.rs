@@ -270,11 +270,21 @@ fn partition(objects: &mut [ObjectBox], scratch: &mut [ObjectBox], cut: Cut) -> 
             left
         }
         Cut::Count { axis, left } => {
-            if left > 0 && left < objects.len() {
-                objects.select_nth_unstable_by(left, |a, b| {
-                    let by_centroid = a.centroid_on(axis).total_cmp(&b.centroid_on(axis));
-                    by_centroid.then(a.id.cmp(&b.id))
-                });
+            let order = |a: &ObjectBox, b: &ObjectBox| {
+                let by_centroid = a.centroid_on(axis).total_cmp(&b.centroid_on(axis));
+                by_centroid.then(a.id.cmp(&b.id))
+            };
+            match objects {
+                // Two in five nodes hold a pair, which needs no selection.
+                [a, b] if left == 1 => {
+                    if order(a, b).is_gt() {
+                        std::mem::swap(a, b);
+                    }
+                }
+                _ if left > 0 && left < objects.len() => {
+                    objects.select_nth_unstable_by(left, order);
+                }
+                _ => {}
             }
             left.min(objects.len())
         }

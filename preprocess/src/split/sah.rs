@@ -27,14 +27,17 @@ impl SplitRule for Sah {
     fn cut(&self, node: &NodeObjects) -> Cut {
         // More bins find better cuts, but take time per node, and most nodes are small.
         let count = node.objects.len();
-        let cut = if count <= SWEEP_MAX_OBJECTS {
-            sweep(node)
+        let cut = if count <= 4 {
+            // Half of all nodes: the time of a sweep grows with the square of the room it has.
+            sweep::<4>(node)
+        } else if count <= SWEEP_MAX_OBJECTS {
+            sweep::<SWEEP_MAX_OBJECTS>(node)
         } else if count <= 32 {
-            binned::<16>(node)
+            binned::<8>(node)
         } else if count <= 1024 {
-            binned::<32>(node)
+            binned::<16>(node)
         } else {
-            binned::<64>(node)
+            binned::<32>(node)
         };
         cut.unwrap_or_else(|| Cut::halves(node))
     }
@@ -93,9 +96,8 @@ impl<Place> Best<Place> {
     }
 }
 
-/// Tries every plane between two different centroids.
-fn sweep(node: &NodeObjects) -> Option<Cut> {
-    const MAX: usize = SWEEP_MAX_OBJECTS;
+/// Tries every plane between two different centroids of at most `MAX` objects.
+fn sweep<const MAX: usize>(node: &NodeObjects) -> Option<Cut> {
     let count = node.objects.len();
     let ruler = Ruler::new(node.bounds);
     let mut boxes = [Aabb::EMPTY; MAX];
