@@ -276,11 +276,8 @@ fn partition(objects: &mut [ObjectBox], scratch: &mut [ObjectBox], cut: Cut) -> 
             };
             match objects {
                 // Two in five nodes hold a pair, which needs no selection.
-                [a, b] if left == 1 => {
-                    if order(a, b).is_gt() {
-                        std::mem::swap(a, b);
-                    }
-                }
+                [a, b] if left == 1 && order(a, b).is_gt() => std::mem::swap(a, b),
+                [_, _] => {}
                 _ if left > 0 && left < objects.len() => {
                     objects.select_nth_unstable_by(left, order);
                 }
