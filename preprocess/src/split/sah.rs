@@ -33,11 +33,11 @@ impl SplitRule for Sah {
         } else if count <= SWEEP_MAX_OBJECTS {
             sweep::<SWEEP_MAX_OBJECTS>(node)
         } else if count <= 32 {
-            binned::<8>(node)
-        } else if count <= 1024 {
             binned::<16>(node)
-        } else {
+        } else if count <= 1024 {
             binned::<32>(node)
+        } else {
+            binned::<64>(node)
         };
         cut.unwrap_or_else(|| Cut::halves(node))
     }
