@@ -362,7 +362,7 @@ fn an_interrupted_comparison_goes_on_where_it_was() {
             "--modes",
             "of",
             "--groupings",
-            "published",
+            "adaptive",
         ],
         0,
     );

@@ -180,8 +180,10 @@ fn side_by_side_contenders_find_what_they_find_alone() {
     if support::without_gpu() {
         return;
     }
+    // NOHC decides by times that it measures, which differ from device to device and from day to day.
     let contenders = METHODS
         .iter()
+        .filter(|method| method.name != "nohc")
         .flat_map(|method| method.modes.iter().map(|mode| Contender::new(method, mode)))
         .collect::<Vec<_>>();
     let together = all(&contenders);
