@@ -137,21 +137,16 @@ impl CoherentCulling {
 
     /// A leaf shows, and so do all above it.
     fn pull_up(&mut self, leaf: u32) {
-        let mut n = leaf;
-        loop {
-            let state = &mut self.states[n as usize];
+        let (frame, states) = (self.frame, &mut self.states);
+        self.tree.pull_up(leaf, |n| {
+            let state = &mut states[n as usize];
             // Above a node that was seen visible in this frame all are.
-            if state.visible && state.last_visited == self.frame && n != leaf {
-                return;
+            let was_marked = state.visible && state.last_visited == frame;
+            if !was_marked || n == leaf {
+                (state.visible, state.last_visited, state.hidden_frames) = (true, frame, 0);
             }
-            state.visible = true;
-            state.last_visited = self.frame;
-            state.hidden_frames = 0;
-            if n == 0 {
-                return;
-            }
-            n = self.tree.nodes[n as usize].parent;
-        }
+            was_marked
+        });
     }
 
     /// Draws a leaf, or queues what is below a node.

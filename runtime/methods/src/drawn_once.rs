@@ -4,6 +4,8 @@ use hroc_runtime::{
     DepthConvention, Draw, Drawer, FrameContext, PackedList, Scene, Sets, Stage, Targets, gpu,
 };
 
+use crate::view::pass;
+
 /// The set a frame draws, and its lists.
 #[derive(Debug)]
 pub(crate) struct DrawnOnce {
@@ -48,14 +50,8 @@ impl DrawnOnce {
     }
 
     fn pass<'a>(&self, targets: Targets<'a>, stage: Stage, list: &'a PackedList) -> Draw<'a> {
-        Draw {
-            stage,
-            clear: stage == Stage::DRAW_ALL,
-            list: list.list(),
-            targets,
-            depth: self.depth,
-            marks: None,
-        }
+        let clear = stage == Stage::DRAW_ALL;
+        pass(stage, clear, list.list(), targets, self.depth)
     }
 
     pub fn sets(&self) -> Sets<'_> {

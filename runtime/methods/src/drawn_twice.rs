@@ -5,6 +5,8 @@ use hroc_runtime::{
     DepthConvention, Draw, Drawer, FrameContext, PackedList, Scene, Sets, Stage, Targets,
 };
 
+use crate::view::pass;
+
 /// The sets of such a frame, and their lists.
 #[derive(Debug)]
 pub(crate) struct DrawnTwice {
@@ -85,14 +87,8 @@ impl DrawnTwice {
     }
 
     fn pass<'a>(&self, targets: Targets<'a>, stage: Stage, list: &'a PackedList) -> Draw<'a> {
-        Draw {
-            stage,
-            clear: stage == Stage::OCCLUSION_MAP,
-            list: list.list(),
-            targets,
-            depth: self.depth,
-            marks: None,
-        }
+        let clear = stage == Stage::OCCLUSION_MAP;
+        pass(stage, clear, list.list(), targets, self.depth)
     }
 
     pub fn sets(&self) -> Sets<'_> {

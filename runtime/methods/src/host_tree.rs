@@ -96,11 +96,37 @@ impl HostTree {
         nearest_along(frame.forward.into(), self.padded(frame, n))
     }
 
+    /// The bounds as baked.
+    pub fn bounds(&self, n: u32) -> [[f32; 3]; 2] {
+        let node = &self.nodes[n as usize];
+        [node.min, node.max]
+    }
+
+    /// Calls `mark` on a leaf that shows and on what is above it, up to the first node that says it was marked before.
+    pub fn pull_up(&self, leaf: u32, mut mark: impl FnMut(u32) -> bool) {
+        let mut n = leaf;
+        loop {
+            let was_marked = mark(n);
+            if n == 0 || (was_marked && n != leaf) {
+                return;
+            }
+            n = self.nodes[n as usize].parent;
+        }
+    }
+
     /// Surface area of the bounds.
     pub fn surface(&self, n: u32) -> f32 {
         let node = &self.nodes[n as usize];
         let [x, y, z] = [0, 1, 2].map(|axis| node.max[axis] - node.min[axis]);
         2.0 * (x * y + y * z + z * x)
+    }
+}
+
+/// A vertex in object space, as the vertex fetch decodes it.
+pub(crate) fn position(baked: &ArchivedScene, vertex: usize) -> [f32; 3] {
+    match baked.quantized_positions.get(vertex) {
+        Some(p) => [0, 1, 2].map(|axis| f32::from(p[axis].to_native()) / 65535.0),
+        None => baked.positions[vertex].map(|x| x.to_native()),
     }
 }
 

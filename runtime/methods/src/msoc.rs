@@ -9,7 +9,7 @@
 //! host moves are unknown to the CPU: from the first change of objects on, nothing is rasterized, and what moves is
 //! drawn untested.
 
-use hroc_format::{ArchivedScene, NO_OBJECT, object_flags};
+use hroc_format::{ArchivedScene, object_flags};
 use hroc_msoc::hiz::SoftwareHiZ;
 use hroc_msoc::{
     Aabb, Affine3, Candidate, Depth, Hierarchy, Matrix4, Mode, Msoc, Node, Occluder,
@@ -21,6 +21,7 @@ use hroc_runtime::{
 };
 
 use crate::drawn_once::DrawnOnce;
+use crate::host_tree::{HostTree, position};
 use crate::view::View;
 
 const MASKED_TEST: Stage = Stage::new("masked_test");
@@ -38,33 +39,22 @@ pub enum MsocMode {
     FullResolution,
 }
 
-/// A node as the traversal reads it.
-#[derive(Clone, Copy, Debug)]
-struct TreeNode {
-    bounds: Aabb,
-    skip: u32,
-    object: u32,
-}
-
-#[derive(Debug)]
-struct CpuTree(Vec<TreeNode>);
-
-impl Hierarchy for CpuTree {
+impl Hierarchy for HostTree {
     fn root(&self) -> Option<u32> {
-        (!self.0.is_empty()).then_some(0)
+        (!self.nodes.is_empty()).then_some(0)
     }
 
     fn node(&self, node: u32) -> Node {
-        let TreeNode { object, .. } = self.0[node as usize];
-        if object == NO_OBJECT {
-            Node::Children([node + 1, self.0[node as usize + 1].skip])
+        if self.is_leaf(node) {
+            Node::Object(self.nodes[node as usize].object)
         } else {
-            Node::Object(object)
+            Node::Children(self.children(node))
         }
     }
 
     fn bounds(&self, node: u32) -> Aabb {
-        self.0[node as usize].bounds
+        let [min, max] = Self::bounds(self, node);
+        Aabb { min, max }
     }
 }
 
@@ -86,7 +76,7 @@ struct CpuObject {
 /// What the CPU knows of a scene.
 #[derive(Debug)]
 struct CpuScene {
-    tree: CpuTree,
+    tree: HostTree,
     objects: Vec<CpuObject>,
     meshes: Vec<CpuMesh>,
 }
@@ -98,13 +88,6 @@ impl CpuScene {
             min: min.map(|x| x.to_native()),
             max: max.map(|x| x.to_native()),
         };
-        let tree = baked.bvhs.iter().find(|bvh| bvh.split == split);
-        let nodes = tree.map_or(&[][..], |bvh| bvh.nodes.as_slice());
-        let tree = nodes.iter().map(|node| TreeNode {
-            bounds: aabb(&node.min, &node.max),
-            skip: node.skip.to_native(),
-            object: node.object.to_native(),
-        });
         let mut used = vec![false; baked.meshes.len()];
         let triangles = |mesh: usize| u64::from(baked.meshes[mesh].index_count.to_native() / 3);
         let objects = baked.objects.iter().zip(baked.object_bounds.iter());
@@ -133,20 +116,15 @@ impl CpuScene {
             }
             let vertices = range(mesh.first_vertex, mesh.vertex_count);
             let indices = &baked.indices[range(mesh.first_index, mesh.index_count)];
-            let position = |vertex: usize| match baked.quantized_positions.get(vertex) {
-                // As the vertex fetch decodes it.
-                Some(p) => [0, 1, 2].map(|axis| f32::from(p[axis].to_native()) / 65535.0),
-                None => baked.positions[vertex].map(|x| x.to_native()),
-            };
             CpuMesh {
-                positions: vertices.map(position).collect(),
+                positions: vertices.map(|vertex| position(baked, vertex)).collect(),
                 indices: (indices.chunks_exact(3))
                     .map(|corner| [0, 1, 2].map(|i| corner[i].to_native()))
                     .collect(),
             }
         });
         Self {
-            tree: CpuTree(tree.collect()),
+            tree: HostTree::new(baked, split),
             meshes: meshes.collect(),
             objects,
         }

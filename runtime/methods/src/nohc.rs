@@ -15,7 +15,7 @@ use hroc_runtime::{
 };
 
 use crate::hardware::HardwareTimes;
-use crate::host_tree::{HostTree, Placement, Queued};
+use crate::host_tree::{HostTree, Placement, Queued, position};
 use crate::queries::Queries;
 use crate::view::View;
 use crate::waves::Waves;
@@ -65,17 +65,13 @@ fn surface(baked: &ArchivedScene, mesh: &hroc_format::ArchivedMesh) -> f64 {
     let first = mesh.first_index.to_native() as usize;
     let count = mesh.index_count.to_native() as usize;
     let base = mesh.first_vertex.to_native() as usize;
-    let position = |index: &rend::u32_le| {
+    let corner = |index: &rend::u32_le| {
         let vertex = base + index.to_native() as usize;
-        let p = match baked.quantized_positions.get(vertex) {
-            Some(p) => [0, 1, 2].map(|axis| f32::from(p[axis].to_native()) / 65535.0),
-            None => baked.positions[vertex].map(|x| x.to_native()),
-        };
-        glam::Vec3::from(p).as_dvec3()
+        glam::Vec3::from(position(baked, vertex)).as_dvec3()
     };
     let triangles = baked.indices[first..first + count].chunks_exact(3);
     let areas = triangles.map(|corners| {
-        let [a, b, c] = [0, 1, 2].map(|i| position(&corners[i]));
+        let [a, b, c] = [0, 1, 2].map(|i| corner(&corners[i]));
         0.5 * (b - a).cross(c - a).length()
     });
     areas.sum()
@@ -226,19 +222,13 @@ impl NearOptimalCulling {
 
     /// A leaf shows, and so do all above it.
     fn pull_up(&mut self, leaf: u32) {
-        let mut n = leaf;
-        loop {
-            let state = &mut self.states[n as usize];
-            if state.visible && state.last_visited == self.frame && n != leaf {
-                return;
-            }
-            state.visible = true;
-            state.last_visited = self.frame;
-            if n == 0 {
-                return;
-            }
-            n = self.tree.nodes[n as usize].parent;
-        }
+        let (frame, states) = (self.frame, &mut self.states);
+        self.tree.pull_up(leaf, |n| {
+            let state = &mut states[n as usize];
+            let was_marked = state.visible && state.last_visited == frame;
+            (state.visible, state.last_visited) = (true, frame);
+            was_marked
+        });
     }
 
     /// Draws a leaf, or queues what is below a node.

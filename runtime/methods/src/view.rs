@@ -1,7 +1,28 @@
 //! What every method keeps of its view.
 
 use hroc_runtime::gpu::{self, Access};
-use hroc_runtime::{CameraError, DepthConvention, FrameContext, FrameUniform, Kernel, Scene};
+use hroc_runtime::{
+    CameraError, DepthConvention, Draw, DrawList, FrameContext, FrameUniform, Kernel, Scene, Stage,
+    Targets,
+};
+
+/// A pass over `list`, the first one of a frame if it clears.
+pub(crate) fn pass<'a>(
+    stage: Stage,
+    clear: bool,
+    list: DrawList<'a>,
+    targets: Targets<'a>,
+    depth: DepthConvention,
+) -> Draw<'a> {
+    Draw {
+        stage,
+        clear,
+        list,
+        targets,
+        depth,
+        marks: None,
+    }
+}
 
 /// The camera's uniform, and the view's depth convention.
 #[derive(Debug)]

@@ -2,8 +2,10 @@
 
 use hroc_runtime::gpu;
 use hroc_runtime::{
-    DepthConvention, Draw, DrawRange, Drawer, FrameContext, PackedList, Scene, Sets, Stage,
+    DepthConvention, DrawRange, Drawer, FrameContext, PackedList, Scene, Sets, Stage,
 };
+
+use crate::view::pass;
 
 /// What a frame has drawn, and what it draws next.
 #[derive(Debug)]
@@ -76,14 +78,9 @@ impl Waves {
             .queue
             .write_buffer(&self.members, 0, bytemuck::cast_slice(&self.words));
         frame.stage(Stage::PACK, |encoder| self.list.record(encoder));
-        let draw = Draw {
-            stage: Stage::DRAW_ALL,
-            clear: !self.is_clear,
-            list: self.list.range(DrawRange::AtMost(self.next.len() as u32)),
-            targets: frame.targets,
-            depth: self.depth,
-            marks: None,
-        };
+        let range = DrawRange::AtMost(self.next.len() as u32);
+        let (list, clear) = (self.list.range(range), !self.is_clear);
+        let draw = pass(Stage::DRAW_ALL, clear, list, frame.targets, self.depth);
         frame.stage(Stage::DRAW_ALL, |encoder| drawer.draw(encoder, &draw));
         self.is_clear = true;
         self.next.clear();
@@ -101,14 +98,14 @@ impl Waves {
             }
         });
         if frame.scene.has_blended {
-            let draw = Draw {
-                stage: Stage::RENDER_BLENDED,
-                clear: false,
-                list: self.blended.list(),
-                targets: frame.targets,
-                depth: self.depth,
-                marks: None,
-            };
+            let list = self.blended.list();
+            let draw = pass(
+                Stage::RENDER_BLENDED,
+                false,
+                list,
+                frame.targets,
+                self.depth,
+            );
             frame.stage(Stage::RENDER_BLENDED, |encoder| drawer.draw(encoder, &draw));
         }
     }
