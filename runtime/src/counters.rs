@@ -1,4 +1,4 @@
-//! The lengths of V's and U's draw lists on the host: counter read-back (paper, section 4.1).
+//! Counters of the GPU on the host, frames later or waited for: counter read-back (paper, section 4.1).
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -18,24 +18,25 @@ struct Slot {
     state: Arc<AtomicU8>,
 }
 
-/// Reads back two counters of a view.
+/// Reads back `N` counters of a view, u32 each.
 #[derive(Debug)]
-pub(crate) struct Counters {
+pub struct Counters<const N: usize> {
     slots: Vec<Slot>,
     next: usize,
-    last: Option<[u32; 2]>,
+    last: Option<[u32; N]>,
 }
 
 /// A copy that was recorded.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Recorded(usize);
+pub struct CountersCopy(usize);
 
-impl Counters {
+impl<const N: usize> Counters<N> {
+    /// Nothing under way.
     pub fn new(device: &wgpu::Device) -> Self {
         let slot = |_| Slot {
             staging: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("counters"),
-                size: 8,
+                size: 4 * N as u64,
                 usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
                 mapped_at_creation: false,
             }),
@@ -48,21 +49,21 @@ impl Counters {
         }
     }
 
-    /// Records a copy of two counters; `None` if too many are under way.
+    /// Records a copy of counters, each at its byte offset in its buffer; `None` if too many are under way.
     pub fn record(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        counters: [&wgpu::Buffer; 2],
-    ) -> Option<Recorded> {
+        counters: [(&wgpu::Buffer, u64); N],
+    ) -> Option<CountersCopy> {
         let slot = &self.slots[self.next];
         if slot.state.load(Ordering::Acquire) != FREE {
             return None;
         }
-        for (counter, offset) in counters.into_iter().zip([0, 4]) {
-            encoder.copy_buffer_to_buffer(counter, 0, &slot.staging, offset, 4);
+        for ((counter, offset), place) in counters.into_iter().zip(0..) {
+            encoder.copy_buffer_to_buffer(counter, offset, &slot.staging, 4 * place, 4);
         }
         slot.state.store(RECORDED, Ordering::Release);
-        let recorded = Recorded(self.next);
+        let recorded = CountersCopy(self.next);
         self.next = (self.next + 1) % SLOTS;
         Some(recorded)
     }
@@ -86,7 +87,7 @@ impl Counters {
     }
 
     /// The newest counters that have arrived, without waiting; `None` before the first ones.
-    pub fn latest(&mut self, device: &wgpu::Device) -> Option<[u32; 2]> {
+    pub fn latest(&mut self, device: &wgpu::Device) -> Option<[u32; N]> {
         // Runs the callbacks of what is done. A lost device shows elsewhere.
         let _ = device.poll(wgpu::PollType::Poll);
         for i in 0..SLOTS {
@@ -97,12 +98,12 @@ impl Counters {
     }
 
     /// Waits for a copy; `None` if the device fails.
-    pub fn wait(
+    pub(crate) fn wait(
         &mut self,
         device: &wgpu::Device,
-        recorded: Recorded,
+        recorded: CountersCopy,
         submitted: wgpu::SubmissionIndex,
-    ) -> Option<[u32; 2]> {
+    ) -> Option<[u32; N]> {
         self.map_submitted();
         let waited = device.poll(wgpu::PollType::Wait {
             submission_index: Some(submitted),
@@ -111,13 +112,13 @@ impl Counters {
         waited.ok().and_then(|_| self.take(recorded.0))
     }
 
-    fn take(&mut self, slot: usize) -> Option<[u32; 2]> {
+    fn take(&mut self, slot: usize) -> Option<[u32; N]> {
         let slot = &self.slots[slot];
         match slot.state.load(Ordering::Acquire) {
             MAPPED => {
                 let counters = slot.staging.slice(..).get_mapped_range().ok().map(|bytes| {
                     let words = bytemuck::pod_collect_to_vec::<u8, u32>(&bytes);
-                    [words[0], words[1]]
+                    std::array::from_fn(|word| words[word])
                 });
                 slot.staging.unmap();
                 slot.state.store(FREE, Ordering::Release);

@@ -164,7 +164,7 @@ pub struct Hroc {
     occludee_list: PackedList,
     blended_list: PackedList,
     marks: Option<MarkBuffers>,
-    counters: Option<Counters>,
+    counters: Option<Counters<2>>,
     /// Of the last frame.
     draw_limits: Option<[u32; 2]>,
     filter: FilterOccluders,
@@ -277,7 +277,7 @@ impl Hroc {
     fn read_back(&mut self, frame: &mut FrameContext<'_>, which: usize) -> u32 {
         let lists = [&self.occluder_list, &self.occludee_list];
         let capacity = lists[which].capacity();
-        let counts = lists.map(PackedList::count);
+        let counts = lists.map(|list| (list.count(), 0));
         let counters = self.counters.as_mut().expect("the mode reads back");
         let recorded = counters.record(frame.encoder, counts);
         let submitted = frame.submit();
@@ -410,7 +410,7 @@ impl CullingMethod for Hroc {
             };
         }
         let marks = self.marks.as_ref();
-        let counts = [&self.occluder_list, &self.occludee_list].map(PackedList::count);
+        let counts = [&self.occluder_list, &self.occludee_list].map(|list| (list.count(), 0));
         // The counters of a mode that checks them go with what comes before the draw that they may break.
         let copied = match limits {
             Limits::Late | Limits::LateChecked => self
@@ -482,6 +482,7 @@ impl CullingMethod for Hroc {
             groups: Some(&self.groups),
             work: self.options.count_work.then_some(&self.work),
             grouping: Some(&self.grouping),
+            draw_counts: [&self.occluder_list, &self.occludee_list].map(|list| Some(list.count())),
         }
     }
 

@@ -34,6 +34,7 @@ pub mod twin;
 
 pub use box_pass::{BOX_VERTICES, BoxPass, BoxShader};
 pub use camera::{Camera, CameraError, DepthConvention, Projection};
+pub use counters::{Counters, CountersCopy};
 pub use device::{DeviceProfile, EarlyZ};
 pub use draw::{Draw, DrawList, DrawRange, Drawer, Marks, Submission, Targets};
 pub use extract_groups::Grouping;

@@ -79,6 +79,8 @@ pub struct Sets<'a> {
     pub work: Option<&'a wgpu::Buffer>,
     /// `Grouping` of common/grouping.wgsl; the first word is the f32 threshold of the frame's groups.
     pub grouping: Option<&'a wgpu::Buffer>,
+    /// The lengths of the draw lists of V and U, one u32 each.
+    pub draw_counts: [Option<&'a wgpu::Buffer>; 2],
 }
 
 /// Occlusion queries of a frame.
@@ -125,6 +127,16 @@ pub trait CullingMethod {
     fn queries(&self) -> Option<QueryCounts> {
         None
     }
+
+    /// Of a method that chooses among several: the name of the one that drew the last frame.
+    fn choice(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// For a method that goes by it: the device took `ms` milliseconds for a frame. `frame` counts the calls of
+    /// [`encode`](Self::encode) that succeeded, from 0. Frames may be told late, or not at all.
+    fn took(&mut self, _frame: u64, _ms: f64) {}
+
     /// The depth convention the method was made for.
     fn depth(&self) -> DepthConvention;
 

@@ -15,15 +15,22 @@ impl Pipelines {
     /// `make` must not ask for another: nobody else can until it returns.
     pub fn get<T: Clone + Send + Sync + 'static>(&self, key: &str, make: impl FnOnce() -> T) -> T {
         let mut made = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = made
-            .get(key)
-            .and_then(|thing| thing.downcast_ref::<T>().cloned());
-        found.unwrap_or_else(|| {
+        find(&made, key).unwrap_or_else(|| {
             let thing = make();
             made.insert(key.to_owned(), Arc::new(thing.clone()));
             thing
         })
     }
+
+    /// What was made for `key`, if anything was.
+    pub fn find<T: Clone + 'static>(&self, key: &str) -> Option<T> {
+        let made = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        find(&made, key)
+    }
+}
+
+fn find<T: Clone + 'static>(made: &Made, key: &str) -> Option<T> {
+    made.get(key)?.downcast_ref::<T>().cloned()
 }
 
 impl std::fmt::Debug for Pipelines {

@@ -1,9 +1,12 @@
 //! The farthest depth of ever larger squares of a depth buffer, and the test of objects against it.
 
 use hroc_runtime::gpu::{self, Access};
-use hroc_runtime::{DepthConvention, Kernel, Scene};
+use hroc_runtime::{DepthConvention, Kernel, Scene, Stage};
 
 use crate::view::View;
+
+pub(crate) const DEPTH_PYRAMID: Stage = Stage::new("depth_pyramid");
+pub(crate) const HIZ_TEST: Stage = Stage::new("hiz_test");
 
 /// The pyramid over an image of one size, in one buffer.
 #[derive(Debug)]

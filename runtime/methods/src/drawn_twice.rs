@@ -54,6 +54,11 @@ impl DrawnTwice {
         }
     }
 
+    /// One bit per object: what [`draw_first`](Self::draw_first) drew.
+    pub fn drawn_first(&self) -> &wgpu::Buffer {
+        self.first.packed()
+    }
+
     /// Draws what showed last: the occlusion map.
     pub fn draw_first(&self, frame: &mut FrameContext<'_>, drawer: &mut dyn Drawer) {
         frame.stage(Stage::PACK, |encoder| self.first.record(encoder));
@@ -97,6 +102,7 @@ impl DrawnTwice {
             potentially_visible: Some(self.second.packed()),
             blended: Some(self.blended.packed()),
             visible: Some(&self.visible),
+            draw_counts: [&self.first, &self.second].map(|list| Some(list.count())),
             ..Sets::default()
         }
     }

@@ -3,8 +3,8 @@
 
 use std::time::Instant;
 
-use hroc_runtime::Targets;
 use hroc_runtime::gpu::{self, Access};
+use hroc_runtime::{DeviceProfile, Targets};
 
 const SIDE_PX: u32 = 512;
 const REPEATS: usize = 7;
@@ -54,7 +54,19 @@ struct Bench<'a> {
     staging: wgpu::Buffer,
 }
 
+const KEY: &str = "hardware times";
+
 impl HardwareTimes {
+    /// Those of the device of `profile`, measured the first time they are asked for.
+    pub fn of(device: &wgpu::Device, queue: &wgpu::Queue, profile: &DeviceProfile) -> Self {
+        (profile.pipelines).get(KEY, || Self::measure(device, queue))
+    }
+
+    /// Those of the device of `profile`, if they were ever asked for.
+    pub fn known(profile: &DeviceProfile) -> Option<Self> {
+        profile.pipelines.find(KEY)
+    }
+
     /// Measures `device`. Takes a few tenths of a second; submits and waits.
     pub fn measure(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let bench = Bench::new(device, queue);

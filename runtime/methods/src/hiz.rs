@@ -14,15 +14,13 @@ use hroc_runtime::{
     PackedList, Scene, Sets, Stage,
 };
 
-use crate::depth_pyramid::{DepthPyramid, HizTest};
+use crate::depth_pyramid::{DEPTH_PYRAMID, DepthPyramid, HIZ_TEST, HizTest};
 use crate::drawn_once::DrawnOnce;
 use crate::view::View;
 
 pub use crate::depth_pyramid::Projected;
 
 const RENDER_OCCLUDERS: Stage = Stage::new("render_occluders");
-const DEPTH_PYRAMID: Stage = Stage::new("depth_pyramid");
-const HIZ_TEST: Stage = Stage::new("hiz_test");
 const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// Hi-Z with a small occluder depth, for one view.

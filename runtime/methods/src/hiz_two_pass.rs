@@ -13,12 +13,9 @@ use hroc_runtime::{
     Scene, Sets, Stage,
 };
 
-use crate::depth_pyramid::{DepthPyramid, HizTest, Projected};
+use crate::depth_pyramid::{DEPTH_PYRAMID, DepthPyramid, HIZ_TEST, HizTest, Projected};
 use crate::drawn_twice::DrawnTwice;
 use crate::view::View;
-
-const DEPTH_PYRAMID: Stage = Stage::new("depth_pyramid");
-const HIZ_TEST: Stage = Stage::new("hiz_test");
 
 /// Two-pass Hi-Z, for one view.
 #[derive(Debug)]

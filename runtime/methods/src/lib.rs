@@ -6,7 +6,9 @@
 //! their own. Each says how it departs from what was published.
 #![warn(missing_docs)]
 
+mod auto;
 mod chc;
+mod contents;
 mod depth_pyramid;
 mod drawn_once;
 mod drawn_twice;
@@ -18,13 +20,16 @@ mod ioc;
 mod msoc;
 mod nohc;
 mod queries;
+mod raster_test;
 mod reference;
 mod roc;
+mod roc_hiz;
 mod vfc;
 mod view;
 mod waves;
 mod woc;
 
+pub use auto::Auto;
 pub use chc::{ChcOptions, CoherentCulling};
 pub use hardware::HardwareTimes;
 pub use hiz::{HierarchicalZ, Projected};
@@ -34,5 +39,6 @@ pub use msoc::{MaskedSoftware, MsocMode};
 pub use nohc::NearOptimalCulling;
 pub use reference::{Recorded, Reference};
 pub use roc::RasterOcclusionCulling;
+pub use roc_hiz::PrerejectedOcclusionCulling;
 pub use vfc::ViewFrustumCulling;
 pub use woc::{WarpedOcclusionCulling, WocMode, WocOptions};

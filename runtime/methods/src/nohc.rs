@@ -14,20 +14,13 @@ use hroc_runtime::{
     QueryCounts, Scene, Sets, Tree,
 };
 
+use crate::contents::Contents;
 use crate::hardware::HardwareTimes;
-use crate::host_tree::{HostTree, Placement, Queued, position};
+use crate::host_tree::{HostTree, Placement, Queued};
 use crate::queries::Queries;
+use crate::reference::Recorded;
 use crate::view::View;
 use crate::waves::Waves;
-
-/// What is drawn below a node, summed.
-#[derive(Clone, Copy, Debug, Default)]
-struct Content {
-    triangles: f64,
-    /// Surface of the geometry over that of the bounds, times 3/2: the share of the box's pixels that the content
-    /// covers (R_cov).
-    coverage: f64,
-}
 
 #[derive(Clone, Copy, Debug, Default)]
 struct NodeState {
@@ -51,69 +44,15 @@ struct Estimate {
 pub struct NearOptimalCulling {
     view: View,
     tree: HostTree,
-    contents: Vec<Content>,
+    contents: Contents,
     hardware: HardwareTimes,
     queries: Queries,
     waves: Waves,
+    /// What shows, where that is known beforehand; the states are not used then.
+    recorded: Option<Recorded>,
     states: Vec<NodeState>,
     frame: u32,
     counts: QueryCounts,
-}
-
-/// Surface of a mesh in object space.
-fn surface(baked: &ArchivedScene, mesh: &hroc_format::ArchivedMesh) -> f64 {
-    let first = mesh.first_index.to_native() as usize;
-    let count = mesh.index_count.to_native() as usize;
-    let base = mesh.first_vertex.to_native() as usize;
-    let corner = |index: &rend::u32_le| {
-        let vertex = base + index.to_native() as usize;
-        glam::Vec3::from(position(baked, vertex)).as_dvec3()
-    };
-    let triangles = baked.indices[first..first + count].chunks_exact(3);
-    let areas = triangles.map(|corners| {
-        let [a, b, c] = [0, 1, 2].map(|i| corner(&corners[i]));
-        0.5 * (b - a).cross(c - a).length()
-    });
-    areas.sum()
-}
-
-/// Triangles and coverage of every node of `tree`.
-fn contents(baked: &ArchivedScene, tree: &HostTree) -> Vec<Content> {
-    let meshes = baked.meshes.iter().map(|mesh| surface(baked, mesh));
-    let meshes = meshes.collect::<Vec<_>>();
-    // First surfaces, from the leaves up: children come after their parents.
-    let mut contents = vec![Content::default(); tree.nodes.len()];
-    for n in (0..tree.nodes.len()).rev() {
-        let node = &tree.nodes[n];
-        if node.object != NO_OBJECT {
-            let object = &baked.objects[node.object as usize];
-            let mesh = object.mesh.to_native() as usize;
-            let row = |i: usize| {
-                let row = object.world_from_object[i].map(|x| x.to_native());
-                glam::Vec3::new(row[0], row[1], row[2])
-                    .as_dvec3()
-                    .length_squared()
-            };
-            let scale_squared = (row(0) + row(1) + row(2)) / 3.0;
-            let triangles = baked.meshes[mesh].index_count.to_native() / 3;
-            contents[n].triangles = f64::from(triangles);
-            contents[n].coverage = meshes[mesh] * scale_squared;
-        }
-        if n > 0 {
-            let Content {
-                triangles,
-                coverage,
-            } = contents[n];
-            let parent = &mut contents[node.parent as usize];
-            parent.triangles += triangles;
-            parent.coverage += coverage;
-        }
-    }
-    for (content, n) in contents.iter_mut().zip(0..) {
-        let bounds = f64::from(tree.surface(n)).max(f64::MIN_POSITIVE);
-        content.coverage = (1.5 * content.coverage / bounds).clamp(0.0, 1.0);
-    }
-    contents
 }
 
 impl NearOptimalCulling {
@@ -129,15 +68,26 @@ impl NearOptimalCulling {
         let view = View::new(device, depth);
         let host_tree = HostTree::new(baked, &tree.split);
         Self {
-            contents: contents(baked, &host_tree),
+            contents: Contents::new(baked, &host_tree),
             hardware,
             queries: Queries::new(device, scene, tree, &view),
             waves: Waves::new(device, scene, depth),
+            recorded: None,
             states: vec![NodeState::default(); host_tree.nodes.len()],
             tree: host_tree,
             view,
             frame: 0,
             counts: QueryCounts::default(),
+        }
+    }
+
+    /// The paper's optimum, a bound: knows what shows, and asks only about nodes below which nothing does, where
+    /// that costs less than drawing them and than asking about their children. Draws the rest unasked.
+    #[must_use]
+    pub fn told(self, recorded: Recorded) -> Self {
+        Self {
+            recorded: Some(recorded),
+            ..self
         }
     }
 
@@ -150,12 +100,13 @@ impl NearOptimalCulling {
     /// Times and benefit of a node whose box covers `area_px`, where `covered` of the screen is covered in front.
     fn estimate(&self, n: u32, area_px: f64, covered: f64, pixels: f64) -> Estimate {
         let hardware = &self.hardware;
-        let content = &self.contents[n as usize];
+        let coverage = self.contents.coverage(&self.tree, n).min(1.0);
+        let triangles = self.contents.triangles(&self.tree, n);
         let leaves = f64::from(self.tree.leaf_count(n));
         // Two fragments per pixel covered, as the paper presumes.
-        let fragments = 2.0 * content.coverage * area_px;
+        let fragments = 2.0 * coverage * area_px;
         let render_ms = (leaves * hardware.draw_ms)
-            .max(content.triangles * hardware.triangle_ms)
+            .max(triangles * hardware.triangle_ms)
             .max(fragments * hardware.fragment_ms);
         let query_ms = hardware.query_ms + area_px * hardware.query_fragment_ms;
         let box_share = (area_px / pixels).min(1.0);
@@ -180,8 +131,18 @@ impl NearOptimalCulling {
         }
     }
 
-    /// Figure 5.
-    fn is_reasonable(&self, uniform: &FrameUniform, n: u32, area_px: f64, covered: f64) -> bool {
+    /// Figure 5. In the optimum, its first test alone, of nodes that are hidden.
+    fn is_reasonable(
+        &self,
+        uniform: &FrameUniform,
+        n: u32,
+        area_px: f64,
+        covered: f64,
+        hidden: Option<&[bool]>,
+    ) -> bool {
+        if hidden.is_some_and(|hidden| !hidden[n as usize]) {
+            return false;
+        }
         let pixels = f64::from(uniform.size[0]) * f64::from(uniform.size[1]);
         let node = self.estimate(n, area_px, covered, pixels);
         let children = if self.tree.is_leaf(n) {
@@ -204,7 +165,7 @@ impl NearOptimalCulling {
         {
             return false;
         }
-        if self.was_occluded(n) {
+        if hidden.is_some() || self.was_occluded(n) {
             return true;
         }
         let state = &self.states[n as usize];
@@ -218,6 +179,22 @@ impl NearOptimalCulling {
         let leaves = f64::from(self.tree.leaf_count(n));
         node.benefit_ms > sum(|child| child.benefit_ms)
             && self.hardware.query_overhead_ms * leaves > node.query_ms
+    }
+
+    /// Of the optimum: below which nodes nothing shows.
+    fn hidden(&self) -> Option<Vec<bool>> {
+        let recorded = self.recorded.as_ref()?.words();
+        let mut hidden = vec![true; self.tree.nodes.len()];
+        // Children come after their parents.
+        for (n, node) in self.tree.nodes.iter().enumerate().rev() {
+            if node.object != NO_OBJECT {
+                let word = recorded.get((node.object >> 5) as usize);
+                // A recording of fewer objects knows nothing of the rest.
+                hidden[n] = word.is_some_and(|word| word >> (node.object & 31) & 1 == 0);
+            }
+            hidden[node.parent as usize] &= hidden[n];
+        }
+        Some(hidden)
     }
 
     /// A leaf shows, and so do all above it.
@@ -236,7 +213,8 @@ impl NearOptimalCulling {
         if self.tree.is_leaf(n) {
             self.waves.add(self.tree.nodes[n as usize].object);
             self.pull_up(n);
-            let share = self.contents[n as usize].coverage * (area_px / walk.pixels).min(1.0);
+            let coverage = self.contents.coverage(&self.tree, n).min(1.0);
+            let share = coverage * (area_px / walk.pixels).min(1.0);
             walk.covered += (1.0 - walk.covered) * share;
         } else {
             walk.queue.extend(self.tree.children(n).map(|node| Queued {
@@ -266,7 +244,11 @@ struct Question {
 
 impl CullingMethod for NearOptimalCulling {
     fn name(&self) -> &'static str {
-        "nohc"
+        if self.recorded.is_some() {
+            "nohc-optimum"
+        } else {
+            "nohc"
+        }
     }
 
     fn host_sync(&self) -> HostSync {
@@ -282,6 +264,7 @@ impl CullingMethod for NearOptimalCulling {
         self.frame += 1;
         self.counts = QueryCounts::default();
         self.waves.begin(frame.scene);
+        let hidden = self.hidden();
         let mut walk = Walk {
             uniform: &uniform,
             queue: BinaryHeap::new(),
@@ -302,8 +285,8 @@ impl CullingMethod for NearOptimalCulling {
                     Placement::Box { area_px } => f64::from(area_px),
                 };
                 let asks = placement != Placement::Open
-                    && self.is_reasonable(&uniform, node, area_px, walk.covered);
-                let waits = asks && self.was_occluded(node);
+                    && self.is_reasonable(&uniform, node, area_px, walk.covered, hidden.as_deref());
+                let waits = asks && (hidden.is_some() || self.was_occluded(node));
                 let state = &mut self.states[node as usize];
                 state.last_visited = self.frame;
                 // Where it is not asked about it counts as asked and found visible.

@@ -22,6 +22,11 @@ impl Recorded {
         words.extend_from_slice(visible);
     }
 
+    /// The set.
+    pub(crate) fn words(&self) -> Vec<u32> {
+        self.lock().clone()
+    }
+
     fn lock(&self) -> MutexGuard<'_, Vec<u32>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -76,7 +81,7 @@ impl CullingMethod for Reference {
             shape.radius,
         )?;
         // A recording of fewer objects knows nothing of the rest.
-        let mut visible = self.recorded.lock().clone();
+        let mut visible = self.recorded.words();
         visible.resize(shape.object_words() as usize, 0);
         (frame.queue).write_buffer(&self.drawn.members, 0, bytemuck::cast_slice(&visible));
         self.drawn.draw(frame, drawer);

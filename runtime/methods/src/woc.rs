@@ -19,13 +19,11 @@ use hroc_runtime::{
     Sets, Stage,
 };
 
-use crate::depth_pyramid::{DepthPyramid, HizTest, Projected};
+use crate::depth_pyramid::{DEPTH_PYRAMID, DepthPyramid, HIZ_TEST, HizTest, Projected};
 use crate::drawn_once::DrawnOnce;
 use crate::view::View;
 
 const WARP: Stage = Stage::new("warp");
-const DEPTH_PYRAMID: Stage = Stage::new("depth_pyramid");
-const HIZ_TEST: Stage = Stage::new("hiz_test");
 const KEEP_DEPTH: Stage = Stage::new("keep_depth");
 /// Side of the squares whose motion is bounded together, pixels; `TILE` of woc.wgsl.
 const TILE: u32 = 8;

@@ -36,6 +36,16 @@ pub fn frame_times(run: &RunResults, clock: FrameClock) -> Option<Vec<f64>> {
     }
 }
 
+/// Means of the times of the steady frames, in their order; `None` where none were taken. Unlike the medians they have
+/// all that a method did in one replay and not in another.
+pub fn mean_frame_times(run: &RunResults) -> Option<Vec<f64>> {
+    let mean = |frame: &Frame| match &frame.frame_samples_ms[..] {
+        [] => frame.frame_ms,
+        samples => samples.iter().sum::<f64>() / samples.len() as f64,
+    };
+    (run.repeats > 0).then(|| run.steady_frames().iter().map(mean).collect())
+}
+
 /// The frame times in four numbers.
 pub fn summary(run: &RunResults, clock: FrameClock) -> Option<FrameTimes> {
     let times = frame_times(run, clock)?;

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use hroc_methods::HardwareTimes;
 use serde::{Deserialize, Serialize};
 
 /// The JSON's version.
@@ -32,6 +33,9 @@ pub struct RunResults {
     /// Of adaptive grouping: the cost of a box in ray-box tests, as measured on the device.
     #[serde(default)]
     pub box_cost: Option<f64>,
+    /// What draws and queries cost on the device, where a method of the run goes by it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hardware: Option<Hardware>,
     /// `None` for a method that reads no tree.
     pub split: Option<String>,
     /// Width and height, pixels.
@@ -103,6 +107,33 @@ impl AdapterInfo {
                 .trim()
                 .to_owned(),
             backend: info.backend.to_str().to_owned(),
+        }
+    }
+}
+
+/// What draws and queries cost on a device, milliseconds: [`HardwareTimes`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct Hardware {
+    pub draw_ms: f64,
+    pub triangle_ms: f64,
+    pub fragment_ms: f64,
+    pub query_ms: f64,
+    pub query_fragment_ms: f64,
+    pub query_latency_ms: f64,
+    pub query_overhead_ms: f64,
+}
+
+impl From<HardwareTimes> for Hardware {
+    fn from(times: HardwareTimes) -> Self {
+        Self {
+            draw_ms: times.draw_ms,
+            triangle_ms: times.triangle_ms,
+            fragment_ms: times.fragment_ms,
+            query_ms: times.query_ms,
+            query_fragment_ms: times.query_fragment_ms,
+            query_latency_ms: times.query_latency_ms,
+            query_overhead_ms: times.query_overhead_ms,
         }
     }
 }
@@ -194,6 +225,9 @@ pub struct Frame {
     /// Hidden objects in the view volume that were not drawn, as a share of the hidden objects in it;
     /// `None` also where none is hidden.
     pub cull_rate: Option<f64>,
+    /// Of a method that chooses among several: the one that drew the frame when it was timed last.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub choice: Option<String>,
     /// Sizes of the sets.
     pub sets: SetSizes,
     /// From the first command recorded to the last one done, milliseconds.
@@ -324,6 +358,7 @@ pub(crate) mod tests {
                 u: Some(1),
                 ..Default::default()
             },
+            choice: None,
             frame_ms,
             gpu_ms: None,
             frame_samples_ms: Vec::new(),
@@ -349,6 +384,7 @@ pub(crate) mod tests {
             knobs: [("late-margin".to_owned(), 0.5)].into(),
             grouping: Some("adaptive".into()),
             box_cost: Some(60.5),
+            hardware: None,
             split: Some("sah".into()),
             size: [64, 36],
             frames: 6,

@@ -23,6 +23,7 @@ mod replays;
 mod true_frames;
 
 use hroc_format::{ArchivedScene, BakedScene};
+use hroc_methods::HardwareTimes;
 use hroc_runtime::Grouping;
 use indicatif::ProgressBar;
 
@@ -35,7 +36,7 @@ use crate::error::StudyError;
 use crate::gpu::Gpu;
 use crate::image::Image;
 use crate::results::{
-    AdapterInfo, Memory, Paths, RunResults, SCHEMA, SceneInfo, WARM_UP_FRAMES, Warning,
+    AdapterInfo, Hardware, Memory, Paths, RunResults, SCHEMA, SceneInfo, WARM_UP_FRAMES, Warning,
 };
 use crate::targets::FrameTargets;
 
@@ -136,6 +137,7 @@ fn results(bench: &Bench<'_>, warnings: &[Warning], entrant: Entrant<'_>) -> Run
             Grouping::Adaptive { box_cost } if contender.method.groups => Some(box_cost.into()),
             _ => None,
         },
+        hardware: HardwareTimes::known(&bench.scene.profile).map(Hardware::from),
         split: tree.map(|_| contender.split.clone()),
         size: course.size,
         frames: course.frames,

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{Destination, JsonOutput, to_stdout};
 use crate::error::{StudyError, exit};
 use crate::gpu::{Gpu, GpuOptions};
-use crate::results::AdapterInfo;
+use crate::results::{AdapterInfo, Hardware};
 use crate::table;
 
 /// Options of `hroc calibrate`.
@@ -30,13 +30,8 @@ struct Calibration {
     subpixel_step_px: f64,
     /// Cost of one more box of adaptive grouping, in ray-box tests.
     box_cost: f32,
-    draw_ms: f64,
-    triangle_ms: f64,
-    fragment_ms: f64,
-    query_ms: f64,
-    query_fragment_ms: f64,
-    query_latency_ms: f64,
-    query_overhead_ms: f64,
+    #[serde(flatten)]
+    hardware: Hardware,
 }
 
 pub(super) fn calibrate(arguments: &CalibrateArguments) -> Result<u8, StudyError> {
@@ -51,13 +46,7 @@ pub(super) fn calibrate(arguments: &CalibrateArguments) -> Result<u8, StudyError
         adapter: AdapterInfo::of(&gpu.info),
         subpixel_step_px: gpu.profile.subpixel_step_px,
         box_cost: gpu.profile.measure_box_cost(&gpu.device, &gpu.queue),
-        draw_ms: times.draw_ms,
-        triangle_ms: times.triangle_ms,
-        fragment_ms: times.fragment_ms,
-        query_ms: times.query_ms,
-        query_fragment_ms: times.query_fragment_ms,
-        query_latency_ms: times.query_latency_ms,
-        query_overhead_ms: times.query_overhead_ms,
+        hardware: times.into(),
     };
     gpu.check()?;
     let text = serde_json::to_string_pretty(&calibration).expect("results become JSON") + "\n";
@@ -73,6 +62,7 @@ pub(super) fn calibrate(arguments: &CalibrateArguments) -> Result<u8, StudyError
 }
 
 fn markdown(calibration: &Calibration) -> String {
+    let hardware = &calibration.hardware;
     let microseconds = |ms: f64| format!("{:.5} us", ms * 1e3);
     let rows = [
         ("adapter", calibration.adapter.name.clone()),
@@ -84,21 +74,21 @@ fn markdown(calibration: &Calibration) -> String {
             "box of a group",
             format!("{:.0} ray-box tests", calibration.box_cost),
         ),
-        ("draw (T_r^s)", microseconds(calibration.draw_ms)),
-        ("triangle (T_r^tri)", microseconds(calibration.triangle_ms)),
-        ("fragment (T_r^f)", microseconds(calibration.fragment_ms)),
-        ("query (T_o^s)", microseconds(calibration.query_ms)),
+        ("draw (T_r^s)", microseconds(hardware.draw_ms)),
+        ("triangle (T_r^tri)", microseconds(hardware.triangle_ms)),
+        ("fragment (T_r^f)", microseconds(hardware.fragment_ms)),
+        ("query (T_o^s)", microseconds(hardware.query_ms)),
         (
             "fragment in a query (T_o^f)",
-            microseconds(calibration.query_fragment_ms),
+            microseconds(hardware.query_fragment_ms),
         ),
         (
             "latency of a query (T_o^l)",
-            microseconds(calibration.query_latency_ms),
+            microseconds(hardware.query_latency_ms),
         ),
         (
             "query round a draw (T_o^o)",
-            microseconds(calibration.query_overhead_ms),
+            microseconds(hardware.query_overhead_ms),
         ),
     ];
     let rows = rows.map(|(what, value)| [what.to_owned(), value]);

@@ -385,6 +385,7 @@ impl<'a> Stage<'a> {
             .map_err(|source| view.error(source))?;
         gpu.submit_and_wait(encoder)?;
         let ms = began.elapsed().as_secs_f64() * 1e3;
+        method.took(view.number as u64, ms);
         let mut encoder = gpu.encoder();
         let copy = ImageCopy::record(&gpu.device, &mut encoder, view.targets);
         gpu.submit_and_wait(encoder)?;

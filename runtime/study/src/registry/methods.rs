@@ -1,10 +1,10 @@
 //! The methods, an entry each.
 
 use hroc_methods::{
-    ChcOptions, CoherentCulling, DepthRange, HardwareTimes, HierarchicalZ, IocMode,
-    IterativeOcclusionCulling, MaskedSoftware, MsocMode, NearOptimalCulling, Projected,
-    RasterOcclusionCulling, Reference, TwoPassHierarchicalZ, ViewFrustumCulling,
-    WarpedOcclusionCulling, WocMode, WocOptions,
+    Auto, ChcOptions, CoherentCulling, DepthRange, HardwareTimes, HierarchicalZ, IocMode,
+    IterativeOcclusionCulling, MaskedSoftware, MsocMode, NearOptimalCulling,
+    PrerejectedOcclusionCulling, Projected, RasterOcclusionCulling, Reference,
+    TwoPassHierarchicalZ, ViewFrustumCulling, WarpedOcclusionCulling, WocMode, WocOptions,
 };
 use hroc_runtime::{Grouping, HostSync, Hroc, HrocMode, HrocOptions, Noc, device};
 
@@ -36,6 +36,42 @@ const fn hroc_mode(mode: HrocMode) -> Mode {
             Exactness::Approximate
         },
         host_sync: mode.host_sync(),
+    }
+}
+
+fn hardware_times(parts: &Parts<'_>) -> HardwareTimes {
+    HardwareTimes::of(parts.device, parts.queue, &parts.scene.profile)
+}
+
+fn near_optimal(parts: &Parts<'_>) -> NearOptimalCulling {
+    let tree = parts.tree.expect("uses_tree is set");
+    NearOptimalCulling::new(
+        parts.device,
+        parts.scene,
+        parts.baked,
+        tree,
+        parts.depth,
+        hardware_times(parts),
+    )
+}
+
+/// HROC in one of its modes.
+fn hroc_options(parts: &Parts<'_>) -> HrocOptions {
+    HrocOptions {
+        mode: HrocMode::ALL
+            .into_iter()
+            .find(|mode| mode.name() == parts.mode)
+            .unwrap_or_default(),
+        depth: parts.depth,
+        grouping: match (parts.grouping, parts.knobs.get(&BOX_COST) as f32) {
+            (Grouping::Adaptive { .. }, box_cost) if box_cost.is_finite() => {
+                Grouping::Adaptive { box_cost }
+            }
+            (grouping, _) => grouping,
+        },
+        late_margin: parts.knobs.get(&LATE_MARGIN) as f32,
+        count_work: parts.count_work,
+        ..HrocOptions::default()
     }
 }
 
@@ -145,6 +181,26 @@ pub const METHODS: &[Method] = &[
                 ..
             } = *parts;
             Box::new(RasterOcclusionCulling::new(device, scene, depth))
+        },
+    },
+    Method {
+        name: "roc-hiz",
+        source: "ROC of what a depth pyramid of full resolution does not hide",
+        features: device::REQUIRED,
+        modes: &[PLAIN],
+        knobs: &[],
+        uses_tree: false,
+        groups: false,
+        is_told: false,
+        counts_work: false,
+        make: |parts| {
+            let Parts {
+                device,
+                scene,
+                depth,
+                ..
+            } = *parts;
+            Box::new(PrerejectedOcclusionCulling::new(device, scene, depth))
         },
     },
     Method {
@@ -380,23 +436,19 @@ pub const METHODS: &[Method] = &[
         groups: false,
         is_told: false,
         counts_work: false,
-        make: |parts| {
-            let Parts {
-                device,
-                queue,
-                scene,
-                baked,
-                depth,
-                ..
-            } = *parts;
-            // Once per device.
-            let hardware = (scene.profile.pipelines)
-                .get("hardware times", || HardwareTimes::measure(device, queue));
-            let tree = parts.tree.expect("uses_tree is set");
-            Box::new(NearOptimalCulling::new(
-                device, scene, baked, tree, depth, hardware,
-            ))
-        },
+        make: |parts| Box::new(near_optimal(parts)),
+    },
+    Method {
+        name: "nohc-optimum",
+        source: "what NOHC could reach at best: it is told what shows, and asks only where that pays",
+        features: device::REQUIRED,
+        modes: &[WAITS],
+        knobs: &[],
+        uses_tree: true,
+        groups: false,
+        is_told: true,
+        counts_work: false,
+        make: |parts| Box::new(near_optimal(parts).told(parts.recorded.clone())),
     },
     Method {
         name: "hroc",
@@ -416,24 +468,34 @@ pub const METHODS: &[Method] = &[
         is_told: false,
         counts_work: true,
         make: |parts| {
-            let options = HrocOptions {
-                mode: HrocMode::ALL
-                    .into_iter()
-                    .find(|mode| mode.name() == parts.mode)
-                    .unwrap_or_default(),
-                depth: parts.depth,
-                grouping: match (parts.grouping, parts.knobs.get(&BOX_COST) as f32) {
-                    (Grouping::Adaptive { .. }, box_cost) if box_cost.is_finite() => {
-                        Grouping::Adaptive { box_cost }
-                    }
-                    (grouping, _) => grouping,
-                },
-                late_margin: parts.knobs.get(&LATE_MARGIN) as f32,
-                count_work: parts.count_work,
-                ..HrocOptions::default()
-            };
             let tree = parts.tree.expect("uses_tree is set");
+            let options = hroc_options(parts);
             Box::new(Hroc::new(parts.device, parts.scene, tree, options))
+        },
+    },
+    Method {
+        name: "auto",
+        source: "frustum culling, HROC or ROC behind a Hi-Z test, by the frame: what should take the least time",
+        features: device::REQUIRED,
+        modes: &[Mode {
+            host_sync: HostSync::NextFrame,
+            ..PLAIN
+        }],
+        knobs: &[BOX_COST],
+        uses_tree: true,
+        groups: true,
+        is_told: false,
+        counts_work: false,
+        make: |parts| {
+            let Parts {
+                device,
+                scene,
+                baked,
+                ..
+            } = *parts;
+            let tree = parts.tree.expect("uses_tree is set");
+            let (options, hardware) = (hroc_options(parts), hardware_times(parts));
+            Box::new(Auto::new(device, scene, baked, tree, options, hardware))
         },
     },
 ];

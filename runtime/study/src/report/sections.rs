@@ -105,6 +105,12 @@ fn compared(comparison: &Comparison) -> Vec<Section> {
         comparison,
         tables::culling,
     );
+    let mut regret = vec![Block::Text(
+        "By how much the mean frame time of auto exceeds that of always taking one of what it chooses from. The \
+         interval is a bootstrap over segments of the path."
+            .into(),
+    )];
+    regret.extend(table("", tables::regret(comparison)));
     let mut over_path = Vec::new();
     let mut stages = vec![Block::Text(
         "Each stage is timed in replays of their own; without a device clock that is right they wait at every stage, \
@@ -140,6 +146,7 @@ fn compared(comparison: &Comparison) -> Vec<Section> {
         section("Table 1: frame times", times),
         modes,
         culling,
+        section("Regret of auto", regret),
         section("Frame time over the path", over_path),
         section("Stages", stages),
         section("Overdraw", overdraw),

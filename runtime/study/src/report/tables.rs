@@ -2,8 +2,9 @@
 
 use crate::compare::{Comparison, CourseRuns, unique};
 use crate::metrics::{self, FrameClock, FrameTimes};
-use crate::report::numbers::{count, number, or_absent, share};
+use crate::report::numbers::{count, number, or_absent, share, signed_share};
 use crate::results::{Frame, RunResults, SetSizes};
+use crate::statistics::{Interval, relative_difference};
 use crate::table::{ABSENT, Table};
 
 /// A median and its spread.
@@ -216,6 +217,62 @@ pub(super) fn memory(course: &CourseRuns<'_>) -> Option<Table> {
     Some(table)
 }
 
+/// The methods that `auto` chooses from, as labels and methods.
+const CHOICES: [(&str, &str); 3] = [("vfc", "vfc"), ("hroc of", "hroc"), ("roc-hiz", "roc-hiz")];
+
+/// What `auto` lost against always taking one of its choices, the best of a path and each.
+pub(super) fn regret(comparison: &Comparison) -> Option<Table> {
+    let mut head = vec!["scene, path".to_owned(), "auto, mean ms".to_owned()];
+    head.push("best choice".to_owned());
+    head.push("regret over it (90 % interval)".to_owned());
+    head.extend(CHOICES.map(|(label, _)| format!("over {label}")));
+    head.extend(CHOICES.map(|(_, method)| format!("frames by {method}")));
+    let mut table = Table::new(head);
+    for course in comparison.courses() {
+        let times = |wanted: &str| {
+            let run = course.runs.iter().find(|run| run.label() == wanted)?;
+            metrics::mean_frame_times(run)
+        };
+        let auto = course.runs.iter().find(|run| run.label() == "auto");
+        let (Some(auto), Some(base)) = (auto, times("auto")) else {
+            continue;
+        };
+        let fixed = CHOICES.map(|(label, _)| times(label));
+        let over = |other: &Option<Vec<f64>>| relative_difference(other.as_ref()?, &base);
+        let sum = |times: &Option<Vec<f64>>| {
+            (times.as_ref()).map_or(f64::INFINITY, |times| times.iter().sum::<f64>())
+        };
+        let best = (0..CHOICES.len())
+            .filter(|&i| fixed[i].is_some())
+            .min_by(|&a, &b| sum(&fixed[a]).total_cmp(&sum(&fixed[b])));
+        let interval = |found: Option<Interval>| {
+            found.map_or_else(
+                || ABSENT.to_owned(),
+                |Interval {
+                     estimate,
+                     low,
+                     high,
+                 }| {
+                    let [estimate, low, high] = [estimate, low, high].map(signed_share);
+                    format!("{estimate} ({low} to {high})")
+                },
+            )
+        };
+        let mut row = vec![course.title()];
+        row.push(number(base.iter().sum::<f64>() / base.len() as f64));
+        row.push(best.map_or(ABSENT, |i| CHOICES[i].0).to_owned());
+        row.push(interval(best.and_then(|i| over(&fixed[i]))));
+        row.extend(fixed.iter().map(|times| interval(over(times))));
+        row.extend(CHOICES.map(|(_, method)| {
+            let frames = auto.steady_frames().iter();
+            let chosen = frames.filter(|frame| frame.choice.as_deref() == Some(method));
+            chosen.count().to_string()
+        }));
+        table.rows.push(row);
+    }
+    (!table.rows.is_empty()).then_some(table)
+}
+
 /// Where and how all this was measured.
 pub(super) fn machine(comparison: &Comparison) -> Table {
     let host = &comparison.host;
@@ -251,6 +308,21 @@ pub(super) fn machine(comparison: &Comparison) -> Table {
     });
     of_runs("cost of a box (ray-box tests)", |run| {
         run.box_cost.map_or_else(String::new, number)
+    });
+    of_runs("times of the device", |run| {
+        run.hardware.map_or_else(String::new, |times| {
+            let us = |ms: f64| format!("{} us", number(1e3 * ms));
+            format!(
+                "draw {}, triangle {}, fragment {}, query {}, fragment in a query {}, latency {}, query round a draw {}",
+                us(times.draw_ms),
+                us(times.triangle_ms),
+                us(times.fragment_ms),
+                us(times.query_ms),
+                us(times.query_fragment_ms),
+                us(times.query_latency_ms),
+                us(times.query_overhead_ms)
+            )
+        })
     });
     of_runs("clock of the stages", |run| {
         match run.paths.clock.as_str() {

@@ -127,7 +127,10 @@ impl Bench<'_> {
                     bench.encode(method, number, &mut encoder, Output::Color, None)?;
                     bench.gpu.submit_and_wait(encoder)?;
                     let ms = began.elapsed().as_secs_f64() * 1e3;
-                    entrant.frame(number).frame_samples_ms.push(ms);
+                    method.took(number.into(), ms);
+                    let frame = entrant.frame(number);
+                    frame.frame_samples_ms.push(ms);
+                    frame.choice = method.choice().map(str::to_owned);
                     Ok(())
                 },
             )?;
@@ -155,6 +158,7 @@ impl Bench<'_> {
                 progress,
                 |bench, method, entrant| {
                     let gpu = bench.gpu;
+                    let began = Instant::now();
                     let mut encoder = gpu.encoder();
                     let stages = if let Some(gpu_clock) = &gpu_clock {
                         let mut clock = GpuStageClock::new(gpu_clock);
@@ -172,6 +176,7 @@ impl Bench<'_> {
                         gpu.submit_and_wait(encoder)?;
                         clock.finish()?
                     };
+                    method.took(number.into(), began.elapsed().as_secs_f64() * 1e3);
                     for (stage, ms) in stages {
                         let stages_ms = &mut entrant.frame(number).stages_ms;
                         *stages_ms.entry(stage.name().to_owned()).or_default() += share * ms;
@@ -209,10 +214,12 @@ impl Bench<'_> {
             }
             self.frame(entrants, number, 0, progress, |bench, method, entrant| {
                 let device = &bench.gpu.device;
+                let began = Instant::now();
                 let mut encoder = bench.gpu.encoder();
                 bench.encode(method, number, &mut encoder, Output::Color, None)?;
                 let copy = ImageCopy::record(device, &mut encoder, &bench.targets);
                 bench.gpu.submit_and_wait(encoder)?;
+                method.took(number.into(), began.elapsed().as_secs_f64() * 1e3);
                 let image = copy.wait(device);
                 let sets = FrameSets::read(bench.gpu, method);
                 let scene = bench.baked.scene();

@@ -1,0 +1,430 @@
+//! Which arm draws the next frame: by what each took when it last drew, carried over to what is in view now.
+//!
+//! Drawing all in view takes what the device was measured to take for its draws and triangles; what it took beyond
+//! that are its fragments, whose cost is the host's own. The time of an arm that culls is a share of this, and the rest,
+//! its overhead, which stays. Of five times of an arm the median counts, so that a step through a wall changes
+//! nothing. As estimates of arms that do not draw grow old, one is tried again now and then, if it could be ahead by
+//! then, and within a budget: trying may cost a fiftieth of the time.
+
+/// What draws a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Arm {
+    /// All in the frustum.
+    Frustum,
+    /// HROC.
+    Groups,
+    /// ROC behind a Hi-Z test.
+    Leaves,
+}
+
+impl Arm {
+    pub const ALL: [Self; 3] = [Self::Frustum, Self::Groups, Self::Leaves];
+
+    const fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// What is done in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Plan {
+    pub arm: Arm,
+    /// Another arm follows one that does not know what shows: it has to find out.
+    pub hands_over: bool,
+}
+
+/// What drawing all in view should take.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct InView {
+    pub objects: f64,
+    /// Milliseconds for draws and triangles, by the device's times.
+    pub geometry_ms: f64,
+    pub fragments: f64,
+}
+
+/// Another arm is taken if it is expected to take less than this share of the time.
+const HYSTERESIS: f64 = 0.97;
+/// Share of all time that trying one of the other arms may cost.
+const TRYING: f64 = 0.01;
+/// Frames between two trials of an arm at least: at first, and at last, as every trial doubles it until another arm is
+/// at home.
+const REST: [i64; 2] = [4, 32];
+/// An estimate that is so many frames old may be wrong by a factor of two.
+const DOUBTFUL: f64 = 32.0;
+/// Frames at the start whose times tell nothing: every arm draws once.
+const COLD: u64 = Arm::ALL.len() as u64;
+/// Times of an arm that count.
+const SAMPLES: usize = 5;
+/// Of an arm that was away for so many frames the times before that do not count.
+const FORGOTTEN: i64 = 16;
+/// Frames whose times may be told late.
+const LATE: usize = 16;
+
+/// What an arm took.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    ms: f64,
+    in_view: InView,
+    /// Share of what is in view that was drawn.
+    drawn: f64,
+    frame: i64,
+}
+
+/// A frame whose time is not told yet.
+#[derive(Clone, Copy, Debug)]
+struct Pending {
+    frame: u64,
+    plan: Plan,
+    in_view: InView,
+    /// What the frame should have taken without trial and handing over; `None` where that is unknown.
+    expected_ms: Option<f64>,
+}
+
+#[derive(Debug)]
+pub(super) struct Chooser {
+    /// Of each arm, the newest last.
+    samples: [Vec<Sample>; 3],
+    /// What draws unless another arm is tried.
+    home: Arm,
+    /// What draws the next frame whatever else: the arm that was handed over to.
+    follows: Option<Arm>,
+    frame: u64,
+    /// See [`REST`].
+    rest: [i64; 3],
+    /// Milliseconds that may be spent on trying each arm.
+    credit_ms: [f64; 3],
+    pending: [Option<Pending>; LATE],
+    /// Share of what was in view that was drawn, of the last frame that told.
+    drawn: f64,
+}
+
+impl Chooser {
+    pub fn new() -> Self {
+        Self {
+            samples: Default::default(),
+            home: Arm::Groups,
+            follows: None,
+            frame: 0,
+            rest: [REST[0]; 3],
+            credit_ms: [0.0; 3],
+            pending: [None; LATE],
+            drawn: 1.0,
+        }
+    }
+
+    /// Milliseconds that `arm` should take for what is in view; `None` before it ever drew.
+    fn expected_ms(&self, arm: Arm, in_view: &InView) -> Option<f64> {
+        let samples = &self.samples[arm.index()];
+        median(samples.iter().map(|sample| match arm {
+            Arm::Frustum => carried_over(sample, in_view),
+            Arm::Groups | Arm::Leaves => {
+                // Before the frustum's ever drew, nothing tells draws from overhead.
+                let all = |in_view| self.expected_ms(Arm::Frustum, in_view).unwrap_or(0.0);
+                let [then, now] = [&sample.in_view, in_view].map(all);
+                let drawn = sample.drawn.min(sample.ms / then.max(f64::MIN_POSITIVE));
+                // What comes into view is hidden for the most part, as an image holds only so much: the geometric mean
+                // of all of it and nothing.
+                let now = now.min((now * then).sqrt());
+                sample.ms + drawn * (now - then)
+            }
+        }))
+    }
+
+    /// Frames since `arm` last drew.
+    fn age(&self, arm: Arm) -> i64 {
+        let newest = self.samples[arm.index()].last();
+        newest.map_or(i64::MAX, |newest| self.frame as i64 - newest.frame)
+    }
+
+    /// The arm that should take the least, if it is better than `home` by more than may be noise.
+    fn best(&self, in_view: &InView) -> Arm {
+        let Some(home) = self.expected_ms(self.home, in_view) else {
+            return self.home;
+        };
+        let expected = |arm| self.expected_ms(arm, in_view).unwrap_or(f64::INFINITY);
+        let least = |a: &Arm, b: &Arm| expected(*a).total_cmp(&expected(*b));
+        let best = Arm::ALL.into_iter().min_by(least).unwrap_or(self.home);
+        if expected(best) < HYSTERESIS * home {
+            best
+        } else {
+            self.home
+        }
+    }
+
+    /// An arm to try instead of `home`.
+    fn trial(&self, in_view: &InView) -> Option<Arm> {
+        let home = self.expected_ms(self.home, in_view)?;
+        let others = Arm::ALL.into_iter().filter(|&arm| arm != self.home);
+        let worth_it = |&arm: &Arm| {
+            let Some(expected) = self.expected_ms(arm, in_view) else {
+                return false;
+            };
+            let age = self.age(arm);
+            // After the frustum's comes a frame that hands over.
+            let frames = if arm == Arm::Frustum { 2.0 } else { 1.0 };
+            age >= self.rest[arm.index()]
+                && expected / (1.0 + age as f64 / DOUBTFUL) < home
+                && frames * (expected - home) <= self.credit_ms[arm.index()]
+        };
+        others.filter(worth_it).max_by_key(|&arm| self.age(arm))
+    }
+
+    /// The plan for the next frame; it must be followed.
+    pub fn next(&mut self, in_view: InView) -> Plan {
+        // Nobody knows what shows in the first frame, so it is the frustum's; the others follow.
+        // Once more when caches and pipelines are warm.
+        let first = (self.frame < 2 * COLD).then(|| Arm::ALL[(self.frame % COLD) as usize]);
+        let last = self.last_arm();
+        let wanted = first.or(self.follows.take()).unwrap_or_else(|| {
+            let best = self.best(&in_view);
+            if best != self.home {
+                (self.home, self.rest) = (best, [REST[0]; 3]);
+            }
+            self.trial(&in_view).unwrap_or(self.home)
+        });
+        let leaves_frustum =
+            first.is_none() && last == Some(Arm::Frustum) && wanted != Arm::Frustum;
+        let needs_handing = leaves_frustum && !self.last_handed_over();
+        let plan = if needs_handing {
+            self.follows = Some(wanted);
+            Plan {
+                arm: Arm::Frustum,
+                hands_over: true,
+            }
+        } else {
+            Plan {
+                arm: wanted,
+                hands_over: first == Some(Arm::Frustum),
+            }
+        };
+        self.pending[self.frame as usize % LATE] = Some(Pending {
+            frame: self.frame,
+            plan,
+            in_view,
+            expected_ms: (first.is_none())
+                .then(|| self.expected_ms(self.home, &in_view))
+                .flatten(),
+        });
+        self.frame += 1;
+        plan
+    }
+
+    fn last(&self) -> Option<Pending> {
+        let last = self.frame.checked_sub(1)?;
+        self.pending[last as usize % LATE].filter(|pending| pending.frame == last)
+    }
+
+    fn last_arm(&self) -> Option<Arm> {
+        self.last_plan().map(|plan| plan.arm)
+    }
+
+    fn last_handed_over(&self) -> bool {
+        self.last_plan().is_some_and(|plan| plan.hands_over)
+    }
+
+    /// The plan of the last frame.
+    pub fn last_plan(&self) -> Option<Plan> {
+        self.last().map(|pending| pending.plan)
+    }
+
+    /// Tells what share of what was in view a frame drew, one that culls.
+    pub fn drew(&mut self, share: f64) {
+        self.drawn = share.clamp(0.0, 1.0);
+    }
+
+    /// Tells how long a frame took.
+    pub fn took(&mut self, frame: u64, ms: f64) {
+        let place = &self.pending[frame as usize % LATE];
+        let told = place.filter(|pending| pending.frame == frame && ms.is_finite() && ms > 0.0);
+        let Some(Pending {
+            plan,
+            in_view,
+            expected_ms,
+            ..
+        }) = told
+        else {
+            return;
+        };
+        for credit_ms in &mut self.credit_ms {
+            *credit_ms += TRYING * ms;
+        }
+        if plan.hands_over || plan.arm != self.home {
+            let lost = expected_ms.map_or(0.0, |expected| ms - expected);
+            self.credit_ms[plan.arm.index()] -= lost.max(0.0);
+            if !plan.hands_over {
+                let rest = &mut self.rest[plan.arm.index()];
+                *rest = (2 * *rest).min(REST[1]);
+            }
+        }
+        let samples = &mut self.samples[plan.arm.index()];
+        if frame < COLD || (plan.hands_over && !samples.is_empty()) {
+            return;
+        }
+        let frame = frame as i64;
+        samples.retain(|sample| frame < sample.frame + FORGOTTEN);
+        if samples.len() == SAMPLES {
+            samples.remove(0);
+        }
+        samples.push(Sample {
+            ms,
+            in_view,
+            drawn: self.drawn,
+            frame,
+        });
+    }
+}
+
+/// What drawing all in view takes, by what it took in another view.
+fn carried_over(sample: &Sample, in_view: &InView) -> f64 {
+    let then = &sample.in_view;
+    let geometry_ms = then.geometry_ms.min(sample.ms);
+    let geometry = if then.geometry_ms > 0.0 {
+        geometry_ms * in_view.geometry_ms / then.geometry_ms
+    } else {
+        in_view.geometry_ms
+    };
+    let fragments = in_view.fragments / then.fragments.max(1.0);
+    geometry + (sample.ms - geometry_ms) * fragments
+}
+
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values = values.collect::<Vec<_>>();
+    values.sort_by(f64::total_cmp);
+    match values.len() {
+        0 => None,
+        n if n % 2 == 1 => Some(values[n / 2]),
+        n => Some(0.5 * (values[n / 2 - 1] + values[n / 2])),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view(load_ms: f64) -> InView {
+        InView {
+            objects: 1.0,
+            geometry_ms: 0.5 * load_ms,
+            fragments: 1e6 * load_ms,
+        }
+    }
+
+    /// Milliseconds of the frames that the chooser draws where each arm takes what `cost` says, and the arms.
+    fn run(frames: u64, late: u64, mut cost: impl FnMut(u64, Plan) -> f64) -> (f64, Vec<Arm>) {
+        let mut chooser = Chooser::new();
+        let mut times = Vec::new();
+        let mut arms = Vec::new();
+        for frame in 0..frames {
+            let plan = chooser.next(view(10.0));
+            times.push(cost(frame, plan));
+            arms.push(plan.arm);
+            if let Some(told) = frame.checked_sub(late) {
+                chooser.drew(0.3);
+                chooser.took(told, times[told as usize]);
+            }
+        }
+        (times[6..].iter().sum(), arms)
+    }
+
+    fn fixed(costs: [f64; 3]) -> impl FnMut(u64, Plan) -> f64 {
+        // Handing over costs something.
+        move |_, plan| costs[plan.arm.index()] + if plan.hands_over { 1.0 } else { 0.0 }
+    }
+
+    #[test]
+    fn the_best_of_constant_arms_is_kept_within_the_budget() {
+        for costs in [
+            [10.0, 20.0, 15.0],
+            [50.0, 10.0, 12.0],
+            [50.0, 14.0, 10.0],
+            [10.0, 10.4, 10.3],
+            [500.0, 10.0, 10.0],
+        ] {
+            let (total, arms) = run(500, 0, fixed(costs));
+            let least = costs.into_iter().fold(f64::INFINITY, f64::min) * 494.0;
+            assert!(total <= 1.04 * least, "{costs:?}: {}", total / least);
+            let switches = arms.windows(2).filter(|pair| pair[0] != pair[1]).count();
+            assert!(switches < 100, "{costs:?}: {switches}");
+        }
+    }
+
+    #[test]
+    fn noise_and_late_news_cost_little() {
+        let mut rng = fastrand::Rng::with_seed(1);
+        for late in [0, 1, 3] {
+            for costs in [[10.0, 13.0, 12.0], [30.0, 10.0, 11.0], [11.0, 14.0, 10.0]] {
+                let mut exact = fixed(costs);
+                let noisy = |frame, plan| exact(frame, plan) * (0.9 + 0.2 * rng.f64());
+                let (total, _) = run(500, late, noisy);
+                let least = costs.into_iter().fold(f64::INFINITY, f64::min) * 494.0;
+                assert!(total <= 1.05 * least, "{late} {costs:?}: {}", total / least);
+            }
+        }
+    }
+
+    #[test]
+    fn it_follows_a_scene_that_changes() {
+        // Open, then indoors, then open again.
+        let costs = |frame| match frame / 300 {
+            1 => [40.0, 12.0, 10.0],
+            _ => [10.0, 16.0, 15.0],
+        };
+        let cost = |frame: u64, plan: Plan| costs(frame)[plan.arm.index()];
+        let (total, _) = run(900, 0, cost);
+        let least = (6..900).map(|frame| costs(frame)[0].min(costs(frame)[2]));
+        let regret = total / least.sum::<f64>();
+        // What is in view does not tell it here: only trials do, within their budget.
+        assert!(regret <= 1.15, "{regret}");
+    }
+
+    #[test]
+    fn what_is_in_view_foretells() {
+        let mut chooser = Chooser::new();
+        let load = |frame: u64| if frame < 50 { 10.0 } else { 1.0 };
+        let mut frustum = 0;
+        for frame in 0..60 {
+            let plan = chooser.next(view(load(frame)));
+            // Drawing takes what it should; culling takes 4 ms and leaves a fifth.
+            let ms = match plan.arm {
+                Arm::Frustum => load(frame),
+                _ => 4.0 + 0.2 * load(frame),
+            };
+            chooser.drew(0.2);
+            chooser.took(frame, ms);
+            frustum += u32::from(frame >= 50 && plan.arm == Arm::Frustum);
+        }
+        assert!(
+            frustum == 10,
+            "at once, as the estimate is carried over: {frustum}"
+        );
+    }
+
+    #[test]
+    fn a_host_that_tells_nothing_gets_hroc() {
+        let mut chooser = Chooser::new();
+        let arms = (0..20)
+            .map(|_| chooser.next(view(1.0)).arm)
+            .collect::<Vec<_>>();
+        assert_eq!(arms[0], Arm::Frustum);
+        assert!(arms[6..].iter().all(|arm| *arm == Arm::Groups));
+    }
+
+    #[test]
+    fn nobody_follows_the_frustum_without_knowing_what_shows() {
+        let mut rng = fastrand::Rng::with_seed(2);
+        let mut chooser = Chooser::new();
+        let mut last: Option<Plan> = None;
+        let mut switches = 0;
+        for frame in 0..5000 {
+            let plan = chooser.next(view(1.0 + rng.f64()));
+            if let Some(last) = last.filter(|last| last.arm == Arm::Frustum && plan.arm != last.arm)
+            {
+                assert!(last.hands_over);
+                switches += 1;
+            }
+            last = Some(plan);
+            chooser.took(frame, 0.1 + 30.0 * rng.f64());
+        }
+        assert!(switches > 50, "{switches}");
+    }
+}
