@@ -275,10 +275,13 @@ impl<'a> Builder<'a> {
 /// The inner node over two neighbours.
 #[inline]
 fn parent_of(left: &BvhNode, right: &BvhNode) -> BvhNode {
+    // Of two zeros the left one, which `f32::min` would not promise: the file is the same everywhere.
+    let smaller = |l: f32, r: f32| if r < l { r } else { l };
+    let larger = |l: f32, r: f32| if r > l { r } else { l };
     BvhNode {
-        min: std::array::from_fn(|axis| left.min[axis].min(right.min[axis])),
+        min: std::array::from_fn(|axis| smaller(left.min[axis], right.min[axis])),
         skip: right.skip,
-        max: std::array::from_fn(|axis| left.max[axis].max(right.max[axis])),
+        max: std::array::from_fn(|axis| larger(left.max[axis], right.max[axis])),
         object: NO_OBJECT,
     }
 }
@@ -292,10 +295,9 @@ fn partition(objects: &mut [ObjectBox], cut: Cut) -> usize {
             // other time.
             let mut left = 0;
             for i in 0..objects.len() {
-                let object = objects[i];
-                objects[i] = objects[left];
-                objects[left] = object;
-                left += usize::from(object.middle_on(axis) < position);
+                let is_left = objects[i].middle_on(axis) < position;
+                objects.swap(i, left);
+                left += usize::from(is_left);
             }
             left
         }

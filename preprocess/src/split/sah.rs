@@ -27,11 +27,11 @@ impl SplitRule for Sah {
         // More bins find better cuts, but take time per node, and most nodes are small.
         let cut = match objects.len() {
             ..=4 => sweep::<4>(objects),
-            ..=8 => sweep::<8>(objects),
-            ..=16 => sweep::<16>(objects),
-            ..=32 => sweep::<32>(objects),
-            ..=1024 => binned::<32>(objects),
-            _ => binned::<64>(objects),
+            5..=8 => sweep::<8>(objects),
+            9..=16 => sweep::<16>(objects),
+            17..=32 => sweep::<32>(objects),
+            33..=1024 => binned::<32>(objects),
+            1025.. => binned::<64>(objects),
         };
         cut.unwrap_or_else(|| Cut::halves(objects))
     }
@@ -61,11 +61,11 @@ fn best_cut<const SLOTS: usize>(
     let mut left_count = Vec4::ZERO;
     let mut best_cost = Vec4::INFINITY;
     let mut best_slot = Vec4::ZERO;
-    for slot in 1..slot_count {
+    for (slot, &right_area) in right_areas.iter().enumerate().take(slot_count).skip(1) {
         left = unions(left, slots(slot - 1));
         left_count += counts(slot - 1);
         // Not a number where a side is empty, which is less than nothing.
-        let cost = half_areas(left) * left_count + right_areas[slot] * (all - left_count);
+        let cost = half_areas(left) * left_count + right_area * (all - left_count);
         // Between equal costs the more even cut wins: where areas are zero it keeps the tree shallow.
         let is_better = cost.cmplt(best_cost) | cost.cmpeq(best_cost) & left_count.cmple(half);
         let is_better = is_better & may_cut(slot);
