@@ -9,15 +9,19 @@ mod aabb;
 mod depth_first;
 mod stats;
 
-pub use aabb::{Aabb, ObjectBox};
+use aabb::Scale;
+pub use aabb::{Aabb, ObjectBox, middle_bounds};
 pub use depth_first::from_depth_first;
+use stats::Subtotal;
+
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use hroc_format::{Bounds, Bvh, BvhNode, NO_OBJECT};
 
-use crate::split::{Cut, NodeObjects, SplitRule};
+use crate::split::{Cut, SplitRule};
 
 /// Subtrees below this size are not worth handing to another thread.
-const PARALLEL_MIN_OBJECTS: usize = 4096;
+const PARALLEL_MIN_OBJECTS: usize = 256;
 
 /// Levels beyond twice the balanced depth that a tree may have; lets small trees be lopsided.
 const DEPTH_SLACK: u32 = 8;
@@ -76,51 +80,26 @@ fn ceil_log2(objects: usize) -> u32 {
 /// # Errors
 /// When there are no objects or more than 2^31 - 1, or a box is inverted or not finite.
 pub fn build(bounds: &[Bounds], rule: &dyn SplitRule) -> Result<Bvh, BuildError> {
-    let mut objects = checked_objects(bounds)?;
-    let node_count = 2 * bounds.len() - 1;
-    let mut nodes = vec![
-        BvhNode {
-            min: [0.0; 3],
-            skip: 0,
-            max: [0.0; 3],
-            object: 0
-        };
-        node_count
-    ];
-    let mut parents = vec![0; node_count];
-    let mut scratch = objects.clone();
-    let builder = Builder {
-        rule,
-        max_depth: max_depth(bounds.len()),
-    };
-    builder.build_subtree(Subtree {
+    check_bounds(bounds)?;
+    let builder = Builder::new(bounds, rule);
+    let mut objects = builder.objects();
+    let mut nodes = vec![BLANK; 2 * bounds.len() - 1];
+    let mut parents = vec![0; nodes.len()];
+    let total = builder.build_subtree(Subtree {
         objects: &mut objects,
-        scratch: &mut scratch,
         nodes: &mut nodes,
         parents: &mut parents,
         index: 0,
         parent: 0,
         depth: 0,
     });
-    Ok(finish(bounds.len(), rule.name(), nodes, parents))
-}
-
-/// Adds what follows from the nodes.
-fn finish(objects: usize, name: &str, nodes: Vec<BvhNode>, parents: Vec<u32>) -> Bvh {
-    let mut leaf_of_object = vec![0; objects];
-    for (i, node) in nodes.iter().enumerate() {
-        if node.object != NO_OBJECT {
-            leaf_of_object[node.object as usize] = i as u32;
-        }
-    }
-    let stats = stats::measure(&nodes, &parents);
-    Bvh {
-        split: name.to_owned(),
+    Ok(Bvh {
+        split: rule.name().to_owned(),
+        stats: total.stats(&nodes[0]),
         nodes,
         parents,
-        leaf_of_object,
-        stats,
-    }
+        leaf_of_object: builder.into_leaf_of_object(),
+    })
 }
 
 /// Whether a tree can be built over the boxes.
@@ -128,10 +107,6 @@ fn finish(objects: usize, name: &str, nodes: Vec<BvhNode>, parents: Vec<u32>) ->
 /// # Errors
 /// As [`build`].
 pub fn check_bounds(bounds: &[Bounds]) -> Result<(), BuildError> {
-    checked_objects(bounds).map(drop)
-}
-
-fn checked_objects(bounds: &[Bounds]) -> Result<Vec<ObjectBox>, BuildError> {
     if bounds.is_empty() {
         return Err(BuildError::NoObjects);
     }
@@ -140,29 +115,45 @@ fn checked_objects(bounds: &[Bounds]) -> Result<Vec<ObjectBox>, BuildError> {
             objects: bounds.len(),
         });
     }
-    let check = |(object, b): (usize, &Bounds)| {
-        let (min, max) = (b.min, b.max);
-        if !min.iter().chain(&max).all(|x| x.is_finite()) {
-            Err(BuildError::NotFinite { object, min, max })
-        } else if (0..3).any(|axis| min[axis] > max[axis]) {
-            Err(BuildError::Inverted { object, min, max })
-        } else {
-            Ok(ObjectBox::new(object as u32, b))
-        }
+    let Some(object) = bounds.iter().position(|b| !is_box(b)) else {
+        return Ok(());
     };
-    bounds.iter().enumerate().map(check).collect()
+    let Bounds { min, max } = bounds[object];
+    if min.iter().chain(&max).all(|x| x.is_finite()) {
+        Err(BuildError::Inverted { object, min, max })
+    } else {
+        Err(BuildError::NotFinite { object, min, max })
+    }
 }
+
+/// Whether the bounds are finite and not inverted, with one branch.
+#[inline]
+fn is_box(Bounds { min, max }: &Bounds) -> bool {
+    (0..3).fold(true, |good, axis| {
+        good & (-f32::MAX <= min[axis]) & (min[axis] <= max[axis]) & (max[axis] <= f32::MAX)
+    })
+}
+
+/// A node that is yet to be made.
+const BLANK: BvhNode = BvhNode {
+    min: [0.0; 3],
+    skip: 0,
+    max: [0.0; 3],
+    object: 0,
+};
 
 struct Builder<'a> {
     rule: &'a dyn SplitRule,
     max_depth: u32,
+    bounds: &'a [Bounds],
+    scale: Scale,
+    /// Every leaf writes its own; atomic because leaves are made on all threads.
+    leaf_of_object: Vec<AtomicU32>,
 }
 
-/// A subtree to build, with the slices it fills. `scratch` is as long as `objects`, `nodes` and
-/// `parents` are `2 * objects.len() - 1`.
+/// A subtree to build, with the slices it fills. `nodes` and `parents` are `2 * objects.len() - 1` long.
 struct Subtree<'a> {
     objects: &'a mut [ObjectBox],
-    scratch: &'a mut [ObjectBox],
     nodes: &'a mut [BvhNode],
     parents: &'a mut [u32],
     /// Index of the subtree's root in the whole tree.
@@ -171,61 +162,72 @@ struct Subtree<'a> {
     depth: u32,
 }
 
-impl Builder<'_> {
+impl<'a> Builder<'a> {
+    fn new(bounds: &'a [Bounds], rule: &'a dyn SplitRule) -> Self {
+        Self {
+            rule,
+            max_depth: max_depth(bounds.len()),
+            bounds,
+            scale: Scale::new(bounds),
+            leaf_of_object: bounds.iter().map(|_| AtomicU32::new(0)).collect(),
+        }
+    }
+
+    fn into_leaf_of_object(self) -> Vec<u32> {
+        let leaves = self.leaf_of_object.into_iter();
+        leaves.map(AtomicU32::into_inner).collect()
+    }
+
+    /// All objects in their order.
+    fn objects(&self) -> Vec<ObjectBox> {
+        let object = |(id, b)| ObjectBox::new(id as u32, b, self.scale);
+        self.bounds.iter().enumerate().map(object).collect()
+    }
+
+    /// The leaf of an object, to stand at `index`.
+    #[inline]
+    fn leaf(&self, object: &ObjectBox, index: u32) -> BvhNode {
+        let id = object.id();
+        self.leaf_of_object[id as usize].store(index, Ordering::Relaxed);
+        // The box at hand rather than the one given, which lies anywhere in memory.
+        let Bounds { min, max } = if self.scale.is_exact() {
+            object.unscaled(self.scale)
+        } else {
+            self.bounds[id as usize]
+        };
+        BvhNode {
+            min,
+            skip: index + 1,
+            max,
+            object: id,
+        }
+    }
+
     /// Recursion is safe: it is never deeper than [`max_depth`].
-    fn build_subtree(&self, subtree: Subtree) {
+    fn build_subtree(&self, subtree: Subtree) -> Subtotal {
         let Subtree {
             objects,
-            scratch,
             nodes,
             parents,
             index,
             parent,
             depth,
         } = subtree;
-        let skip = index + nodes.len() as u32;
         parents[0] = parent;
-        if let [leaf] = objects {
-            let Bounds { min, max } = leaf.bounds();
-            nodes[0] = BvhNode {
-                min,
-                skip,
-                max,
-                object: leaf.id,
-            };
-            return;
+        if let [object] = objects {
+            nodes[0] = self.leaf(object, index);
+            return Subtotal::leaf(&nodes[0]);
         }
-        let node = NodeObjects::new(objects);
-        nodes[0] = BvhNode {
-            min: node.bounds.min.truncate().to_array(),
-            skip,
-            max: node.bounds.max.truncate().to_array(),
-            object: NO_OBJECT,
-        };
-        let halves = Cut::halves(&node);
-        // Halving from here on ends at `depth + ceil_log2`: past the last point where a lopsided cut
-        // still leaves room for that, halve. Two objects can only be cut in one way.
-        let must_halve = objects.len() == 2 || depth + ceil_log2(objects.len()) >= self.max_depth;
-        let cut = if must_halve {
-            halves
-        } else {
-            self.rule.cut(&node)
-        };
-        let left_count = match partition(objects, scratch, cut) {
-            0 => partition(objects, scratch, halves),
-            all if all == objects.len() => partition(objects, scratch, halves),
-            count => count,
-        };
+        let left_count = self.partition(objects, depth);
 
         let left_nodes = 2 * left_count - 1;
         let (left_objects, right_objects) = objects.split_at_mut(left_count);
-        let (left_scratch, right_scratch) = scratch.split_at_mut(left_count);
-        let (left_slice, right_slice) = nodes[1..].split_at_mut(left_nodes);
+        let (node, below) = nodes.split_at_mut(1);
+        let (left_slice, right_slice) = below.split_at_mut(left_nodes);
         let (left_parents, right_parents) = parents[1..].split_at_mut(left_nodes);
         let parallel = left_objects.len().min(right_objects.len()) >= PARALLEL_MIN_OBJECTS;
         let left = Subtree {
             objects: left_objects,
-            scratch: left_scratch,
             nodes: left_slice,
             parents: left_parents,
             index: index + 1,
@@ -234,54 +236,78 @@ impl Builder<'_> {
         };
         let right = Subtree {
             objects: right_objects,
-            scratch: right_scratch,
             nodes: right_slice,
             parents: right_parents,
             index: index + 1 + left_nodes as u32,
             parent: index,
             depth: depth + 1,
         };
-        if parallel {
-            rayon::join(|| self.build_subtree(left), || self.build_subtree(right));
+        let (left_total, right_total) = if parallel {
+            rayon::join(|| self.build_subtree(left), || self.build_subtree(right))
         } else {
-            self.build_subtree(left);
-            self.build_subtree(right);
+            (self.build_subtree(left), self.build_subtree(right))
+        };
+        let (left, right) = (&left_slice[0], &right_slice[0]);
+        node[0] = parent_of(left, right);
+        Subtotal::inner(&node[0], [(left, left_total), (right, right_total)])
+    }
+
+    /// Orders the objects of a node so that those of the left child come first, and returns how many
+    /// they are. The order within both sides depends on `objects` alone.
+    fn partition(&self, objects: &mut [ObjectBox], depth: u32) -> usize {
+        let count = objects.len();
+        if count == 2 {
+            // Two in five nodes: there is one way to cut a pair.
+            return 1;
         }
+        // Halving from here on ends at `depth + ceil_log2`: past the last point where a lopsided cut
+        // still leaves room for that, halve.
+        if depth + ceil_log2(count) < self.max_depth {
+            let left = partition(objects, self.rule.cut(objects));
+            if 0 < left && left < count {
+                return left;
+            }
+        }
+        partition(objects, Cut::halves(objects))
     }
 }
 
-/// Moves the objects left of the cut to the front and returns how many they are. The order within
-/// both sides depends on `objects` and `cut` alone.
-fn partition(objects: &mut [ObjectBox], scratch: &mut [ObjectBox], cut: Cut) -> usize {
+/// The inner node over two neighbours.
+#[inline]
+fn parent_of(left: &BvhNode, right: &BvhNode) -> BvhNode {
+    // Of two zeros the left one, which `f32::min` would not promise: the file is the same everywhere.
+    let smaller = |l: f32, r: f32| if r < l { r } else { l };
+    let larger = |l: f32, r: f32| if r > l { r } else { l };
+    BvhNode {
+        min: std::array::from_fn(|axis| smaller(left.min[axis], right.min[axis])),
+        skip: right.skip,
+        max: std::array::from_fn(|axis| larger(left.max[axis], right.max[axis])),
+        object: NO_OBJECT,
+    }
+}
+
+/// Moves the objects left of the cut to the front and returns how many they are.
+fn partition(objects: &mut [ObjectBox], cut: Cut) -> usize {
     match cut {
         Cut::Plane { axis, position } => {
-            // Every object is written to both sides and only one side moves on: no branch depends on
-            // the data, which a processor would mispredict every other time.
-            let (mut left, mut right) = (0, 0);
+            // Every object trades places with the first on the right, and only one on the left moves
+            // that place on: no branch depends on the data, which a processor would mispredict every
+            // other time.
+            let mut left = 0;
             for i in 0..objects.len() {
-                let object = objects[i];
-                let is_left = object.centroid_on(axis) < position;
-                objects[left] = object;
-                scratch[right] = object;
+                let is_left = objects[i].middle_on(axis) < position;
+                objects.swap(i, left);
                 left += usize::from(is_left);
-                right += usize::from(!is_left);
             }
-            objects[left..].copy_from_slice(&scratch[..right]);
             left
         }
         Cut::Count { axis, left } => {
             let order = |a: &ObjectBox, b: &ObjectBox| {
-                let by_centroid = a.centroid_on(axis).total_cmp(&b.centroid_on(axis));
-                by_centroid.then(a.id.cmp(&b.id))
+                let by_middle = a.middle_on(axis).total_cmp(&b.middle_on(axis));
+                by_middle.then(a.id().cmp(&b.id()))
             };
-            match objects {
-                // Two in five nodes hold a pair, which needs no selection.
-                [a, b] if left == 1 && order(a, b).is_gt() => std::mem::swap(a, b),
-                [_, _] => {}
-                _ if left > 0 && left < objects.len() => {
-                    objects.select_nth_unstable_by(left, order);
-                }
-                _ => {}
+            if left > 0 && left < objects.len() {
+                objects.select_nth_unstable_by(left, order);
             }
             left.min(objects.len())
         }

@@ -3,12 +3,14 @@
 use hroc_format::{BvhNode, BvhStats, NO_OBJECT};
 
 /// Surface area of the box; in f64, where squares of f32 lengths neither overflow nor vanish.
+#[inline]
 fn surface_area(min: [f32; 3], max: [f32; 3]) -> f64 {
     let [x, y, z] = std::array::from_fn(|axis| f64::from(max[axis]) - f64::from(min[axis]));
     2.0 * (x * y + y * z + z * x)
 }
 
 /// Surface area of the intersection of two nodes' boxes; zero where they are apart.
+#[inline]
 fn overlap_area(a: &BvhNode, b: &BvhNode) -> f64 {
     let min: [f32; 3] = std::array::from_fn(|axis| a.min[axis].max(b.min[axis]));
     let max: [f32; 3] = std::array::from_fn(|axis| a.max[axis].min(b.max[axis]));
@@ -19,40 +21,75 @@ fn overlap_area(a: &BvhNode, b: &BvhNode) -> f64 {
     }
 }
 
-/// Measures a tree whose `nodes` and `parents` are in place.
-pub fn measure(nodes: &[BvhNode], parents: &[u32]) -> BvhStats {
-    let root_area = surface_area(nodes[0].min, nodes[0].max);
-    let share = |area: f64, without_root_area: f64| {
-        if root_area > 0.0 {
-            area / root_area
-        } else {
-            without_root_area
-        }
-    };
-    let mut stats = BvhStats {
-        depth: 0,
-        reserved: 0,
-        mean_leaf_depth: 0.0,
-        sah_cost: 0.0,
-        overlap: 0.0,
-    };
-    let mut depths = vec![0_u32; nodes.len()];
-    let mut leaf_depths = 0_u64;
-    for (i, node) in nodes.iter().enumerate() {
-        if i > 0 {
-            depths[i] = depths[parents[i] as usize] + 1;
-        }
-        stats.sah_cost += share(surface_area(node.min, node.max), 1.0);
-        if node.object == NO_OBJECT {
-            let left = &nodes[i + 1];
-            let right = &nodes[left.skip as usize];
-            stats.overlap += share(overlap_area(left, right), 0.0);
-        } else {
-            stats.depth = stats.depth.max(depths[i]);
-            leaf_depths += u64::from(depths[i]);
+/// What is known of a subtree. Sums are added up along the tree, so that they depend on nothing else.
+#[derive(Clone, Copy)]
+pub struct Subtotal {
+    /// Nodes below the root, on the longest way down.
+    depth: u32,
+    leaves: u64,
+    leaf_depths: u64,
+    area: f64,
+    overlap: f64,
+}
+
+impl Subtotal {
+    /// A subtree of one leaf.
+    #[inline]
+    pub fn leaf(node: &BvhNode) -> Self {
+        Self {
+            depth: 0,
+            leaves: 1,
+            leaf_depths: 0,
+            area: surface_area(node.min, node.max),
+            overlap: 0.0,
         }
     }
-    let leaves = nodes.len().div_ceil(2);
-    stats.mean_leaf_depth = leaf_depths as f64 / leaves as f64;
-    stats
+
+    /// A subtree of a node and its two children with all below them.
+    #[inline]
+    pub fn inner(node: &BvhNode, [left, right]: [(&BvhNode, Self); 2]) -> Self {
+        let leaves = left.1.leaves + right.1.leaves;
+        Self {
+            depth: 1 + left.1.depth.max(right.1.depth),
+            leaves,
+            leaf_depths: leaves + left.1.leaf_depths + right.1.leaf_depths,
+            area: surface_area(node.min, node.max) + (left.1.area + right.1.area),
+            overlap: overlap_area(left.0, right.0) + (left.1.overlap + right.1.overlap),
+        }
+    }
+
+    /// The stats of the tree with that root.
+    pub fn stats(&self, root: &BvhNode) -> BvhStats {
+        let root_area = surface_area(root.min, root.max);
+        let nodes = 2 * self.leaves - 1;
+        let [sah_cost, overlap] = if root_area > 0.0 {
+            [self.area / root_area, self.overlap / root_area]
+        } else {
+            [nodes as f64, 0.0]
+        };
+        BvhStats {
+            depth: self.depth,
+            reserved: 0,
+            mean_leaf_depth: self.leaf_depths as f64 / self.leaves as f64,
+            sah_cost,
+            overlap,
+        }
+    }
+}
+
+/// Measures a tree whose `nodes` are in place.
+pub fn measure(nodes: &[BvhNode]) -> BvhStats {
+    // Backward, so that the children of a node are the last that were met, the left one on top.
+    let mut waiting: Vec<(&BvhNode, Subtotal)> = Vec::new();
+    for node in nodes.iter().rev() {
+        let subtotal = if node.object == NO_OBJECT {
+            let children = [waiting.pop(), waiting.pop()].map(|child| child.expect("two children"));
+            Subtotal::inner(node, children)
+        } else {
+            Subtotal::leaf(node)
+        };
+        waiting.push((node, subtotal));
+    }
+    let (root, total) = waiting[0];
+    total.stats(root)
 }

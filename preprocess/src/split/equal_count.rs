@@ -1,6 +1,7 @@
 //! Equal-count (object median) split.
 
-use super::{Cut, NodeObjects, SplitRule};
+use super::{Cut, SplitRule};
+use crate::bvh::ObjectBox;
 
 /// Puts half of the objects on either side.
 pub struct EqualCount;
@@ -14,7 +15,7 @@ impl SplitRule for EqualCount {
         "as many objects left as right, ordered on the longest axis of their centres"
     }
 
-    fn cut(&self, node: &NodeObjects) -> Cut {
-        Cut::halves(node)
+    fn cut(&self, objects: &[ObjectBox]) -> Cut {
+        Cut::halves(objects)
     }
 }

@@ -1,6 +1,7 @@
 //! Spatial middle split.
 
-use super::{Cut, NodeObjects, SplitRule};
+use super::{Cut, SplitRule};
+use crate::bvh::{ObjectBox, middle_bounds};
 
 /// Cuts the bounds of the centroids in the middle of their longest axis.
 pub struct Middle;
@@ -14,15 +15,12 @@ impl SplitRule for Middle {
         "spatial middle of the object centres on their longest axis"
     }
 
-    fn cut(&self, node: &NodeObjects) -> Cut {
-        let axis = node.centroid_bounds.longest_axis();
-        let (min, max) = (
-            node.centroid_bounds.min[axis],
-            node.centroid_bounds.max[axis],
-        );
+    fn cut(&self, objects: &[ObjectBox]) -> Cut {
+        let bounds = middle_bounds(objects);
+        let axis = bounds.longest_axis();
         Cut::Plane {
             axis,
-            position: 0.5 * min + 0.5 * max,
+            position: 0.5 * bounds.min[axis] + 0.5 * bounds.max[axis],
         }
     }
 }

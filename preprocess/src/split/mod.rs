@@ -9,7 +9,7 @@ pub use equal_count::EqualCount;
 pub use middle::Middle;
 pub use sah::Sah;
 
-use crate::bvh::{Aabb, ObjectBox};
+use crate::bvh::{ObjectBox, middle_bounds};
 
 /// Every rule, the default first.
 pub const RULES: &[&dyn SplitRule] = &[&Sah, &Middle, &EqualCount];
@@ -27,23 +27,24 @@ pub trait SplitRule: Sync {
     /// One line for the help text.
     fn describe(&self) -> &'static str;
 
-    /// Where to cut; asked for three objects and more. The answer must depend on `node` alone. A cut
+    /// Where to cut; asked for three objects and more, whose order is the same in every build of the
+    /// same scene. The answer must depend on `objects` alone. A cut
     /// that leaves one side empty is replaced by [`Cut::halves`], and so is any cut where the tree
     /// would otherwise become deeper than [`max_depth`](crate::bvh::max_depth).
-    fn cut(&self, node: &NodeObjects) -> Cut;
+    fn cut(&self, objects: &[ObjectBox]) -> Cut;
 }
 
-/// A cut through a node's objects. Axes are 0, 1, 2 for x, y, z.
+/// A cut through a node's objects, by their [`ObjectBox::middle`]. Axes are 0, 1, 2 for x, y, z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cut {
-    /// Objects whose centroid lies below `position` go left, all others right.
+    /// Objects whose middle lies below `position` go left, all others right.
     Plane {
         /// The axis the plane is perpendicular to.
         axis: usize,
-        /// Where the plane crosses the axis, world.
+        /// Where the plane crosses the axis, in the units of [`ObjectBox::middle`].
         position: f32,
     },
-    /// The first `left` objects in order of their centroid on `axis`, then of their id, go left.
+    /// The first `left` objects in order of their middle on `axis`, then of their id, go left.
     Count {
         /// The axis of the order.
         axis: usize,
@@ -54,37 +55,11 @@ pub enum Cut {
 
 impl Cut {
     /// As many objects left as right (one more on the right if odd), ordered on the axis on which
-    /// their centroids spread most.
-    pub fn halves(node: &NodeObjects) -> Self {
+    /// their middles spread most.
+    pub fn halves(objects: &[ObjectBox]) -> Self {
         Self::Count {
-            axis: node.centroid_bounds.longest_axis(),
-            left: node.objects.len() / 2,
-        }
-    }
-}
-
-/// The objects of a node and the boxes every rule needs.
-pub struct NodeObjects<'a> {
-    /// The objects, at least two. Their order is the same in every build of the same scene.
-    pub objects: &'a [ObjectBox],
-    /// Union of their bounds.
-    pub bounds: Aabb,
-    /// Bounds of their centroids.
-    pub centroid_bounds: Aabb,
-}
-
-impl<'a> NodeObjects<'a> {
-    /// Collects the boxes of a node.
-    pub fn new(objects: &'a [ObjectBox]) -> Self {
-        let (mut bounds, mut centroid_bounds) = (Aabb::EMPTY, Aabb::EMPTY);
-        for object in objects {
-            bounds = bounds.union(object.aabb());
-            centroid_bounds = centroid_bounds.grow(object.centroid());
-        }
-        Self {
-            objects,
-            bounds,
-            centroid_bounds,
+            axis: middle_bounds(objects).longest_axis(),
+            left: objects.len() / 2,
         }
     }
 }
