@@ -221,8 +221,8 @@ impl Kernel for HidesRect<'_> {
                     ];
                     let asked = subtile_mask(&self.rect, corner);
                     let working = f32::from_bits(tile[S::LANES + lane]);
-                    let mask = tile[2 * S::LANES + lane];
-                    if asked & !mask != 0 || nearest >= working {
+                    let open = tile[2 * S::LANES + lane];
+                    if asked & open != 0 || nearest >= working {
                         return false;
                     }
                 }

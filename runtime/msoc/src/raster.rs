@@ -7,7 +7,7 @@
 
 use std::hint::black_box;
 
-use crate::buffer::{EMPTY, TILE_WIDTH};
+use crate::buffer::TILE_WIDTH;
 use crate::clip::Polygon;
 use crate::setup::{FAR_PX, Plane, Triangle};
 use crate::simd::Simd;
@@ -228,10 +228,14 @@ fn row_spans<S: Simd>(
 
 /// `updateHiZBuffer` of the paper, in nearness: lane by lane, and only where the primitive covers pixels of
 /// the subtile and is nearer than its reference layer (the hierarchical depth test).
+///
+/// Filling a lane with ones empties a layer; as the depth of a primitive it means that there is none. Such depths
+/// are no number, so that nothing is farther or nearer, and the greatest of integers, so that they lose every
+/// minimum. All other depths are positive, and their bits in the order of their values.
 #[inline(always)]
 fn update<S: Simd>(s: S, tile: &mut [u32], depth: S::F, run: S::I) {
     let (reference_words, tile) = tile.split_at_mut(S::LANES);
-    let (working_words, mask_words) = tile.split_at_mut(S::LANES);
+    let (working_words, open_words) = tile.split_at_mut(S::LANES);
     let reference = s.of_bits(s.load(reference_words));
     let nearer = s.lt(reference, depth);
     if s.mask_bits(nearer) == 0 {
@@ -239,19 +243,19 @@ fn update<S: Simd>(s: S, tile: &mut [u32], depth: S::F, run: S::I) {
     }
     let none = s.splat_i(0);
     let covered = s.keep(nearer, s.transpose_bytes(run));
-    let untouched = s.eq_i(covered, none);
+    let depth = s.fill(s.eq_i(covered, none), s.bits(depth));
 
-    let working = s.of_bits(s.load(working_words));
-    let mask = s.load(mask_words);
-    let empty = s.splat(EMPTY);
     // Discard the working layer if the primitive is farther from it than it is from the reference layer.
-    let apart = s.lt(s.sub(working, reference), s.sub(depth, working));
-    let discard = s.but_not(apart, untouched);
-    let merged = s.min(working, s.select(untouched, empty, depth));
-    let working = s.select(discard, depth, merged);
-    let mask = s.or(s.drop(discard, mask), covered);
-    let full = s.eq_i(mask, s.splat_i(-1));
-    s.store(s.bits(s.select(full, working, reference)), reference_words);
-    s.store(s.bits(s.select(full, empty, working)), working_words);
-    s.store(s.drop(full, mask), mask_words);
+    let working = s.of_bits(s.load(working_words));
+    let discard = s.lt(
+        s.sub(working, reference),
+        s.sub(s.of_bits(depth), working),
+    );
+    let working = s.min_u(s.fill(discard, s.bits(working)), depth);
+    let open = s.and_not(s.fill(discard, s.load(open_words)), covered);
+    let full = s.eq_i(open, none);
+    let reference = s.select_i(full, working, s.bits(reference));
+    s.store(reference, reference_words);
+    s.store(s.fill(full, working), working_words);
+    s.store(s.fill(full, open), open_words);
 }

@@ -58,6 +58,8 @@ pub(crate) trait Simd: Copy {
     fn add_i(self, a: Self::I, b: Self::I) -> Self::I;
     fn min_i(self, a: Self::I, b: Self::I) -> Self::I;
     fn max_i(self, a: Self::I, b: Self::I) -> Self::I;
+    /// The least as u32.
+    fn min_u(self, a: Self::I, b: Self::I) -> Self::I;
     /// `max(a - b, 0)`. Every lane of both is within `0..65536`.
     fn sub_saturating(self, a: Self::I, b: Self::I) -> Self::I;
     fn and(self, a: Self::I, b: Self::I) -> Self::I;
@@ -78,6 +80,8 @@ pub(crate) trait Simd: Copy {
     fn keep(self, mask: Self::M, a: Self::I) -> Self::I;
     /// `mask ? 0 : a`
     fn drop(self, mask: Self::M, a: Self::I) -> Self::I;
+    /// `mask ? !0 : a`
+    fn fill(self, mask: Self::M, a: Self::I) -> Self::I;
     fn both(self, a: Self::M, b: Self::M) -> Self::M;
     fn either(self, a: Self::M, b: Self::M) -> Self::M;
     /// `a & !b`.

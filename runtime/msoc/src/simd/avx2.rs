@@ -101,6 +101,11 @@ impl Simd for Avx2 {
         unsafe { _mm256_min_epi32(a, b) }
     }
     #[inline(always)]
+    fn min_u(self, a: Self::I, b: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm256_min_epu32(a, b) }
+    }
+    #[inline(always)]
     fn sub_saturating(self, a: Self::I, b: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm256_subs_epu16(a, b) }
@@ -179,6 +184,11 @@ impl Simd for Avx2 {
     fn drop(self, mask: Self::M, a: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm256_andnot_si256(mask, a) }
+    }
+    #[inline(always)]
+    fn fill(self, mask: Self::M, a: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm256_or_si256(a, mask) }
     }
     #[inline(always)]
     fn both(self, a: Self::M, b: Self::M) -> Self::M {

@@ -104,6 +104,11 @@ impl Simd for Avx512 {
         unsafe { _mm512_min_epi32(a, b) }
     }
     #[inline(always)]
+    fn min_u(self, a: Self::I, b: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm512_min_epu32(a, b) }
+    }
+    #[inline(always)]
     fn sub_saturating(self, a: Self::I, b: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm512_subs_epu16(a, b) }
@@ -183,6 +188,11 @@ impl Simd for Avx512 {
     fn drop(self, mask: Self::M, a: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm512_maskz_mov_epi32(!mask, a) }
+    }
+    #[inline(always)]
+    fn fill(self, mask: Self::M, a: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm512_mask_blend_epi32(mask, a, _mm512_set1_epi32(-1)) }
     }
     #[inline(always)]
     fn both(self, a: Self::M, b: Self::M) -> Self::M {

@@ -94,6 +94,10 @@ impl Simd for Portable {
         zip(a, b, i32::max)
     }
     #[inline(always)]
+    fn min_u(self, a: Self::I, b: Self::I) -> Self::I {
+        zip(a, b, |a, b| (a as u32).min(b as u32) as i32)
+    }
+    #[inline(always)]
     fn sub_saturating(self, a: Self::I, b: Self::I) -> Self::I {
         zip(a, b, |a, b| (a - b).max(0))
     }
@@ -152,6 +156,10 @@ impl Simd for Portable {
     #[inline(always)]
     fn drop(self, mask: Self::M, a: Self::I) -> Self::I {
         self.and_not(a, mask)
+    }
+    #[inline(always)]
+    fn fill(self, mask: Self::M, a: Self::I) -> Self::I {
+        self.or(a, mask)
     }
     #[inline(always)]
     fn both(self, a: Self::M, b: Self::M) -> Self::M {
