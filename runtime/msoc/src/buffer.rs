@@ -51,12 +51,15 @@ impl MaskedDepth {
         }
     }
 
+    /// Tile after tile, row after row.
     pub fn words(&self) -> &[u32] {
-        bytemuck::cast_slice(&self.lines)
+        &bytemuck::cast_slice(&self.lines)[..self.row_words() * self.tiles[1] as usize]
     }
 
+    /// As [`Self::words`].
     pub fn words_mut(&mut self) -> &mut [u32] {
-        bytemuck::cast_slice_mut(&mut self.lines)
+        let words = self.row_words() * self.tiles[1] as usize;
+        &mut bytemuck::cast_slice_mut(&mut self.lines)[..words]
     }
 
     /// Words of a row of tiles.

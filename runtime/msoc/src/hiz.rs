@@ -184,9 +184,9 @@ impl<T: Triangles> Kernel for Fill<'_, T> {
     }
 }
 
-impl Visit for Pixels<'_> {
+impl<S: Simd> Visit<S> for Pixels<'_> {
     #[inline(always)]
-    fn triangle<S: Simd>(&mut self, s: S, it: &Triangle) {
+    fn triangle(&mut self, s: S, it: &Triangle) {
         if it.middle_right {
             self.fill(s, it.rows, &it.plane, &MiddleRight(it));
         } else {
@@ -194,7 +194,7 @@ impl Visit for Pixels<'_> {
         }
     }
     #[inline(always)]
-    fn polygon<S: Simd>(&mut self, s: S, it: &Polygon) {
+    fn polygon(&mut self, s: S, it: &Polygon) {
         self.fill(s, it.rows, &it.plane, it);
     }
 }

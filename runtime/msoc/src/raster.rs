@@ -5,7 +5,9 @@
 //! tile takes two shifts whatever the number of edges is. (The paper shifts per edge and splits the triangle
 //! at its middle vertex to save one; the fold costs one operation per row of tiles instead.)
 
-use std::hint::black_box;
+use std::hint::{black_box, cold_path};
+
+use bytemuck::Zeroable;
 
 use crate::buffer::TILE_WIDTH;
 use crate::clip::Polygon;
@@ -16,16 +18,66 @@ use crate::simd::Simd;
 pub(crate) struct Band<'a> {
     pub words: &'a mut [u32],
     /// Tiles across.
-    pub columns: i32,
-    /// Rows of tiles, half-open.
-    pub rows: [i32; 2],
+    pub columns: usize,
+    /// The first row of tiles.
+    pub first_row: usize,
     /// Of the whole image, pixels.
-    pub size: [i32; 2],
+    pub size: [u32; 2],
+}
+
+/// Reference layer, working layer, open pixels: see [`crate::buffer`].
+type Tile<S> = [<S as Simd>::Words; 3];
+
+/// A band to rasterize into, with what all triangles have in common.
+pub(crate) struct Target<'a, S: Simd> {
+    tiles: &'a mut [Tile<S>],
+    columns: usize,
+    /// Rows of tiles, half-open.
+    rows: [usize; 2],
+    /// Place in its tile of each lane's subtile, pixels.
+    subtile: [S::F; 2],
+    /// Row in its tile of each lane of coverage.
+    lane: S::F,
+    width_px: S::F,
+    /// Width with all of the last column of tiles.
+    padded_px: S::F,
+    /// The last row of pixels.
+    bottom: S::F,
+    /// Opaque: the compiler turns shifts of a known -1 into something slower.
+    ones: S::I,
+}
+
+impl<'a, S: Simd> Target<'a, S> {
+    #[inline(always)]
+    pub fn new(s: S, band: Band<'a>) -> Self {
+        let Band {
+            words,
+            columns,
+            first_row,
+            size: [width, height],
+        } = band;
+        let tiles: &mut [Tile<S>] = bytemuck::cast_slice_mut(words);
+        let (lane, three) = (s.lane_index(), s.splat_i(3));
+        Self {
+            columns,
+            rows: [first_row, first_row + tiles.len() / columns],
+            subtile: [
+                s.mul(s.to_float(s.and(lane, three)), s.splat(8.0)),
+                s.to_float(s.and_not(lane, three)),
+            ],
+            lane: s.to_float(lane),
+            width_px: s.splat(width as f32),
+            padded_px: s.splat((columns as u32 * TILE_WIDTH) as f32),
+            bottom: s.splat((height - 1) as f32),
+            ones: s.splat_i(black_box(-1)),
+            tiles,
+        }
+    }
 }
 
 /// Rows of tiles up to this many tiles wide are walked whole; in wider ones only from the first to the last
 /// event.
-const WALKED_WHOLE: i32 = 2;
+const WALKED_WHOLE: u32 = 2;
 
 /// Where the edges meet a row of pixels.
 pub(crate) trait Events {
@@ -112,117 +164,125 @@ fn lines<S: Simd>(s: S, it: &Triangle, row: S::F) -> [S::F; 3] {
 }
 
 #[inline(always)]
-pub(crate) fn triangle<S: Simd>(s: S, band: &mut Band<'_>, it: &Triangle) {
+pub(crate) fn triangle<S: Simd>(s: S, target: &mut Target<'_, S>, it: &Triangle) {
     if it.middle_right {
-        rows(s, band, it.rows, it.columns, &it.plane, &MiddleRight(it));
+        rows(s, target, it.rows, it.columns, &it.plane, &MiddleRight(it));
     } else {
-        rows(s, band, it.rows, it.columns, &it.plane, &MiddleLeft(it));
+        rows(s, target, it.rows, it.columns, &it.plane, &MiddleLeft(it));
     }
 }
 
 #[inline(always)]
-pub(crate) fn polygon<S: Simd>(s: S, band: &mut Band<'_>, it: &Polygon) {
-    rows(s, band, it.rows, it.columns, &it.plane, it);
+pub(crate) fn polygon<S: Simd>(s: S, target: &mut Target<'_, S>, it: &Polygon) {
+    rows(s, target, it.rows, it.columns, &it.plane, it);
 }
 
 /// Rasterizes the pixels between the left and right events of each row.
 #[inline(always)]
 fn rows<S: Simd>(
     s: S,
-    band: &mut Band<'_>,
+    target: &mut Target<'_, S>,
     rows: [i32; 2],
     columns: [i32; 2],
     plane: &Plane,
     events: &impl Events,
 ) {
-    let lanes = S::LANES as i32;
-    let [width, height] = band.size;
-    let first_row = (rows[0] / lanes).max(band.rows[0]);
-    let end_row = ((rows[1] - 1) / lanes + 1).min(band.rows[1]);
-    let first_column = columns[0] / TILE_WIDTH as i32;
-    let end_column = (columns[1] - 1) / TILE_WIDTH as i32 + 1;
-
-    // Subtile of each lane, relative to its tile.
-    let lane = s.lane_index();
-    let three = s.splat_i(3);
-    let subtile_x = s.mul(s.to_float(s.and(lane, three)), s.splat(8.0));
-    let subtile_y = s.to_float(s.and_not(lane, three));
+    let first_row = (rows[0] as usize / S::LANES).max(target.rows[0]);
+    let end_row = ((rows[1] - 1) as usize / S::LANES + 1).min(target.rows[1]);
+    let columns = [
+        columns[0] as u32 / TILE_WIDTH,
+        (columns[1] - 1) as u32 / TILE_WIDTH + 1,
+    ];
+    let (zero, lanes) = (s.splat(0.0), s.splat(S::LANES as f32));
+    let tile_width = s.splat_i(TILE_WIDTH as i32);
+    let tile_width_px = s.splat(TILE_WIDTH as f32);
     let (dx, dy) = (s.splat(plane.dx), s.splat(plane.dy));
     let (corner, least) = (s.splat(plane.least_corner), s.splat(plane.least));
-    let (first, last) = (s.splat_i(rows[0]), s.splat_i(rows[1] - 1));
-    let (zero, full_width, width_px) = (s.splat(0.0), s.splat_i(width), s.splat(width as f32));
-    // Past the right border all pixels count as the last one on it, so that tiles there can fill up; and
-    // rows below the bottom as the last row.
-    let everything = s.splat_i(band.columns * TILE_WIDTH as i32);
-    let bottom = s.splat_i(height - 1);
+    let (first, last) = (s.splat(rows[0] as f32), s.splat((rows[1] - 1) as f32));
 
-    // Opaque: the compiler turns shifts of a known -1 into something slower.
-    let ones = s.splat_i(black_box(-1));
-    let wide = end_column - first_column > WALKED_WHOLE;
-    let mut spans = [[0; 16]; 2];
-    for tile_row in first_row..end_row {
-        let (mut begin, mut end) = (first_column, end_column);
-        if wide {
-            let index = (tile_row - first_row) as usize % S::LANES;
-            if index == 0 {
-                spans = row_spans(s, rows, tile_row, width_px, events);
+    let top = s.splat((first_row * S::LANES) as f32);
+    let mut row = s.add(target.lane, top);
+    let mut subtile_y = s.add(target.subtile[1], top);
+    let mut row_start = (first_row - target.rows[0]) * target.columns;
+    let mut block = first_row;
+    while block < end_row {
+        let spans = spans(s, target, [first, last], block, columns, events);
+        let count = (end_row - block).min(S::LANES);
+        let [begin, end, begin_i, begin_f] = &spans;
+        let spans = (begin.as_ref().iter().zip(end.as_ref()))
+            .zip(begin_i.as_ref().iter().zip(begin_f.as_ref()));
+        for ((&begin, &end), (&begin_i, &begin_f)) in spans.take(count) {
+            let at = s.min(row, target.bottom);
+            let tiles = row_start + begin as usize..row_start + end as usize;
+            let down = subtile_y;
+            row = s.add(row, lanes);
+            subtile_y = s.add(subtile_y, lanes);
+            row_start += target.columns;
+            let Some(tiles) = target.tiles.get_mut(tiles) else {
+                continue;
+            };
+            // Past the right border all pixels count as the last one on it, so that tiles there can fill up;
+            // and rows below the bottom as the last row.
+            let [left, right] = events.at(s, at);
+            let left = s.to_int(s.min(s.max(left, zero), target.width_px));
+            let right = s.max(right, zero);
+            let right = s.select(s.lt(right, target.width_px), right, target.padded_px);
+            let outside = s.either(s.lt(at, first), s.lt(last, at));
+            let right = s.max_i(left, s.drop(outside, s.to_int(right)));
+            let mut left = s.sub_saturating(left, s.splat_i(begin_i as i32));
+            let mut right = s.sub_saturating(right, s.splat_i(begin_i as i32));
+            let depth_of_row = s.add(s.mul(dy, down), corner);
+            let mut x = s.add(target.subtile[0], s.splat(f32::from_bits(begin_f)));
+            for tile in tiles {
+                let depth = s.max(s.add(s.mul(dx, x), depth_of_row), least);
+                let run = s.xor(s.shl(target.ones, left), s.shl(target.ones, right));
+                update(s, tile, depth, run);
+                x = s.add(x, tile_width_px);
+                left = s.sub_saturating(left, tile_width);
+                right = s.sub_saturating(right, tile_width);
             }
-            begin = begin.max(spans[0][index] as i32 / TILE_WIDTH as i32);
-            end = end.min((spans[1][index] as i32 + TILE_WIDTH as i32 - 1) / TILE_WIDTH as i32);
         }
-        if begin >= end {
-            continue;
-        }
-        let top = tile_row * lanes;
-        let row = s.min_i(s.add_i(lane, s.splat_i(top)), bottom);
-        let [left, right] = events.at(s, s.to_float(row));
-        let left = s.to_int(s.min(s.max(left, zero), width_px));
-        let right = s.to_int(s.min(s.max(right, zero), width_px));
-        let right = s.select_i(s.eq_i(right, full_width), everything, right);
-        let right = s.drop(s.either(s.gt_i(first, row), s.gt_i(row, last)), right);
-        let right = s.max_i(left, right);
-        let depth_of_row = s.add(s.mul(dy, s.add(subtile_y, s.splat(top as f32))), corner);
-        let begin_px = begin * TILE_WIDTH as i32;
-        let mut x = s.add(subtile_x, s.splat(begin_px as f32));
-        let mut left = s.sub_saturating(left, s.splat_i(begin_px));
-        let mut right = s.sub_saturating(right, s.splat_i(begin_px));
-        let tile_words = 3 * S::LANES;
-        let row_start = (tile_row - band.rows[0]) * band.columns;
-        let words =
-            (row_start + begin) as usize * tile_words..(row_start + end) as usize * tile_words;
-        for tile in band.words[words].chunks_exact_mut(tile_words) {
-            let depth = s.max(s.add(s.mul(dx, x), depth_of_row), least);
-            let run = s.xor(s.shl(ones, left), s.shl(ones, right));
-            update(s, tile, depth, run);
-            x = s.add(x, s.splat(TILE_WIDTH as f32));
-            left = s.sub_saturating(left, s.splat_i(TILE_WIDTH as i32));
-            right = s.sub_saturating(right, s.splat_i(TILE_WIDTH as i32));
-        }
+        block += S::LANES;
     }
 }
 
-/// The first and one past the last pixel that may be covered in each of `LANES` rows of tiles from
-/// `tile_row`. An event is monotone in the row, so its extremes in a row of tiles are at the first and last of
-/// the rows there; knowing them ahead keeps the walk over tiles from waiting for the events.
+/// For each of `LANES` rows of tiles from `block`: the first tile that may be covered, one past the last, and
+/// the place of the first, pixels, as i32 and as f32. An event is monotone in the row, so its extremes in a row
+/// of tiles are at the first and last of the rows there; knowing them ahead keeps the walk over tiles from
+/// waiting for the events.
 #[inline(always)]
-fn row_spans<S: Simd>(
+fn spans<S: Simd>(
     s: S,
-    rows: [i32; 2],
-    tile_row: i32,
-    width_px: S::F,
+    target: &Target<'_, S>,
+    [first, last]: [S::F; 2],
+    block: usize,
+    columns: [u32; 2],
     events: &impl Events,
-) -> [[u32; 16]; 2] {
-    let lanes = S::LANES as i32;
-    let zero = s.splat(0.0);
-    let height = s.splat(lanes as f32);
-    let tile_row = s.add(s.to_float(s.lane_index()), s.splat(tile_row as f32));
-    let (first, last) = (s.splat(rows[0] as f32), s.splat((rows[1] - 1) as f32));
-    let top = s.mul(tile_row, height);
-    let bottom = s.min(s.add(top, s.splat((lanes - 1) as f32)), last);
-    let [from, to] = events.extremes(s, s.max(top, first), bottom);
-    let mut spans = [[0; 16]; 2];
-    s.store(s.to_int(s.min(s.max(from, zero), width_px)), &mut spans[0]);
-    s.store(s.to_int(s.min(s.max(to, zero), width_px)), &mut spans[1]);
+) -> [S::Words; 4] {
+    let columns_i = columns.map(|column| s.splat_i(column as i32));
+    let [mut begin, mut end] = columns_i;
+    if columns[1] - columns[0] > WALKED_WHOLE {
+        let (zero, lanes) = (s.splat(0.0), s.splat(S::LANES as f32));
+        let top = s.mul(s.add(target.lane, s.splat(block as f32)), lanes);
+        let bottom = s.min(s.add(top, s.splat((S::LANES - 1) as f32)), last);
+        let [from, to] = events.extremes(s, s.max(top, first), bottom);
+        let (to_tile, up) = (
+            s.splat(1.0 / TILE_WIDTH as f32),
+            s.splat((TILE_WIDTH - 1) as f32),
+        );
+        let from = s.to_int(s.min(s.max(from, zero), target.width_px));
+        let to = s.to_int(s.min(s.max(to, zero), target.width_px));
+        begin = s.max_i(begin, s.to_int(s.mul(s.to_float(from), to_tile)));
+        end = s.min_i(end, s.to_int(s.mul(s.add(s.to_float(to), up), to_tile)));
+    }
+    let begin_px = s.mul(s.to_float(begin), s.splat(TILE_WIDTH as f32));
+    let mut spans = [S::Words::zeroed(); 4];
+    for (words, values) in spans
+        .iter_mut()
+        .zip([begin, end, s.to_int(begin_px), s.bits(begin_px)])
+    {
+        s.store(values, words.as_mut());
+    }
     spans
 }
 
@@ -233,12 +293,12 @@ fn row_spans<S: Simd>(
 /// are no number, so that nothing is farther or nearer, and the greatest of integers, so that they lose every
 /// minimum. All other depths are positive, and their bits in the order of their values.
 #[inline(always)]
-fn update<S: Simd>(s: S, tile: &mut [u32], depth: S::F, run: S::I) {
-    let (reference_words, tile) = tile.split_at_mut(S::LANES);
-    let (working_words, open_words) = tile.split_at_mut(S::LANES);
+fn update<S: Simd>(s: S, tile: &mut Tile<S>, depth: S::F, run: S::I) {
+    let [reference_words, working_words, open_words] = tile.each_mut().map(AsMut::as_mut);
     let reference = s.of_bits(s.load(reference_words));
     let nearer = s.lt(reference, depth);
     if s.mask_bits(nearer) == 0 {
+        cold_path();
         return;
     }
     let none = s.splat_i(0);
@@ -247,10 +307,7 @@ fn update<S: Simd>(s: S, tile: &mut [u32], depth: S::F, run: S::I) {
 
     // Discard the working layer if the primitive is farther from it than it is from the reference layer.
     let working = s.of_bits(s.load(working_words));
-    let discard = s.lt(
-        s.sub(working, reference),
-        s.sub(s.of_bits(depth), working),
-    );
+    let discard = s.lt(s.sub(working, reference), s.sub(s.of_bits(depth), working));
     let working = s.min_u(s.fill(discard, s.bits(working)), depth);
     let open = s.and_not(s.fill(discard, s.load(open_words)), covered);
     let full = s.eq_i(open, none);

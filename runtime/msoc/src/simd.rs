@@ -6,6 +6,8 @@
 //! results on every instruction set: all operations are IEEE single operations in the same order, nothing is
 //! fused, and [`Simd::min`] and [`Simd::max`] are defined by a comparison.
 
+use bytemuck::Pod;
+
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
@@ -29,6 +31,8 @@ pub(crate) trait Simd: Copy {
     type I: Copy;
     /// One truth value per lane.
     type M: Copy;
+    /// A vector in memory: `[u32; LANES]`.
+    type Words: Pod + AsRef<[u32]> + AsMut<[u32]>;
 
     fn splat(self, value: f32) -> Self::F;
     fn splat_i(self, value: i32) -> Self::I;

@@ -30,6 +30,7 @@ impl Simd for Avx2 {
     type I = __m256i;
     /// All bits or none.
     type M = __m256i;
+    type Words = [u32; 8];
     #[inline(always)]
     fn splat(self, value: f32) -> Self::F {
         // SAFETY: `self` proves that the CPU has the instructions.

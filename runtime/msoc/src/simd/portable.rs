@@ -20,6 +20,7 @@ impl Simd for Portable {
     type I = [i32; N];
     /// All bits or none.
     type M = [i32; N];
+    type Words = [u32; N];
 
     #[inline(always)]
     fn splat(self, value: f32) -> Self::F {
