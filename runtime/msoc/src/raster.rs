@@ -87,34 +87,27 @@ pub(crate) trait Events {
     fn extremes<S: Simd>(&self, s: S, top: S::F, bottom: S::F) -> [S::F; 2];
 }
 
-/// A triangle whose middle vertex is right of its long edge.
-pub(crate) struct MiddleRight<'a>(pub &'a Triangle);
-/// A triangle whose middle vertex is left of its long edge.
-pub(crate) struct MiddleLeft<'a>(pub &'a Triangle);
-
-impl Events for MiddleRight<'_> {
+/// Without a branch on where the middle vertex is: nothing would predict it.
+impl Events for Triangle {
     #[inline(always)]
     fn at<S: Simd>(&self, s: S, row: S::F) -> [S::F; 2] {
-        let [long, upper, lower] = lines(s, self.0, row);
-        [long, s.min(upper, lower)]
+        let [long, upper, lower] = lines(s, self, row);
+        let right = s.gt_i(s.splat_i(self.middle_right), s.splat_i(0));
+        [
+            s.select(right, long, s.max(upper, lower)),
+            s.select(right, s.min(upper, lower), long),
+        ]
     }
     #[inline(always)]
     fn extremes<S: Simd>(&self, s: S, top: S::F, bottom: S::F) -> [S::F; 2] {
-        let ([a, b, c], [d, e, f]) = (lines(s, self.0, top), lines(s, self.0, bottom));
-        [s.min(a, d), s.min(s.max(b, e), s.max(c, f))]
-    }
-}
-
-impl Events for MiddleLeft<'_> {
-    #[inline(always)]
-    fn at<S: Simd>(&self, s: S, row: S::F) -> [S::F; 2] {
-        let [long, upper, lower] = lines(s, self.0, row);
-        [s.max(upper, lower), long]
-    }
-    #[inline(always)]
-    fn extremes<S: Simd>(&self, s: S, top: S::F, bottom: S::F) -> [S::F; 2] {
-        let ([a, b, c], [d, e, f]) = (lines(s, self.0, top), lines(s, self.0, bottom));
-        [s.max(s.min(b, e), s.min(c, f)), s.max(a, d)]
+        let ([a, b, c], [d, e, f]) = (lines(s, self, top), lines(s, self, bottom));
+        let right = s.gt_i(s.splat_i(self.middle_right), s.splat_i(0));
+        let least = [s.min(a, d), s.max(s.min(b, e), s.min(c, f))];
+        let greatest = [s.max(a, d), s.min(s.max(b, e), s.max(c, f))];
+        [
+            s.select(right, least[0], least[1]),
+            s.select(right, greatest[1], greatest[0]),
+        ]
     }
 }
 
@@ -165,11 +158,7 @@ fn lines<S: Simd>(s: S, it: &Triangle, row: S::F) -> [S::F; 3] {
 
 #[inline(always)]
 pub(crate) fn triangle<S: Simd>(s: S, target: &mut Target<'_, S>, it: &Triangle) {
-    if it.middle_right {
-        rows(s, target, it.rows, it.columns, &it.plane, &MiddleRight(it));
-    } else {
-        rows(s, target, it.rows, it.columns, &it.plane, &MiddleLeft(it));
-    }
+    rows(s, target, it.rows, it.columns, &it.plane, it);
 }
 
 #[inline(always)]

@@ -23,7 +23,7 @@ pub(crate) struct Triangle {
     pub top_y: f32,
     pub middle_y: f32,
     /// Whether the middle vertex is right of the long edge.
-    pub middle_right: bool,
+    pub middle_right: i32,
     pub plane: Plane,
     pub rows: [i32; 2],
     pub columns: [i32; 2],
@@ -68,7 +68,7 @@ impl Batch {
             lower_slope: value(5),
             top_y: value(6),
             middle_y: value(7),
-            middle_right: bits(8) != 0,
+            middle_right: bits(8) as i32,
             plane: Plane {
                 dx: value(9),
                 dy: value(10),
