@@ -92,7 +92,7 @@ impl Events for Triangle {
     #[inline(always)]
     fn at<S: Simd>(&self, s: S, row: S::F) -> [S::F; 2] {
         let [long, upper, lower] = lines(s, self, row);
-        let right = s.gt_i(s.splat_i(self.middle_right), s.splat_i(0));
+        let right = s.lt(s.splat(0.0), s.splat(self.middle_right));
         [
             s.select(right, long, s.max(upper, lower)),
             s.select(right, s.min(upper, lower), long),
@@ -101,7 +101,7 @@ impl Events for Triangle {
     #[inline(always)]
     fn extremes<S: Simd>(&self, s: S, top: S::F, bottom: S::F) -> [S::F; 2] {
         let ([a, b, c], [d, e, f]) = (lines(s, self, top), lines(s, self, bottom));
-        let right = s.gt_i(s.splat_i(self.middle_right), s.splat_i(0));
+        let right = s.lt(s.splat(0.0), s.splat(self.middle_right));
         let least = [s.min(a, d), s.max(s.min(b, e), s.min(c, f))];
         let greatest = [s.max(a, d), s.min(s.max(b, e), s.max(c, f))];
         [
@@ -197,12 +197,11 @@ fn rows<S: Simd>(
     while block < end_row {
         let spans = spans(s, target, [first, last], block, columns, events);
         let count = (end_row - block).min(S::LANES);
-        let [begin, end, begin_i, begin_f] = &spans;
-        let spans = (begin.as_ref().iter().zip(end.as_ref()))
-            .zip(begin_i.as_ref().iter().zip(begin_f.as_ref()));
-        for ((&begin, &end), (&begin_i, &begin_f)) in spans.take(count) {
-            let at = s.min(row, target.bottom);
+        let [begin, end, begin_px, begin_x] = spans.each_ref().map(|words| &words.as_ref()[..count]);
+        let spans = begin.iter().zip(end).zip(begin_px.iter().zip(begin_x));
+        for ((&begin, &end), (&begin_px, &begin_x)) in spans {
             let tiles = row_start + begin as usize..row_start + end as usize;
+            let at = s.min(row, target.bottom);
             let down = subtile_y;
             row = s.add(row, lanes);
             subtile_y = s.add(subtile_y, lanes);
@@ -213,15 +212,15 @@ fn rows<S: Simd>(
             // Past the right border all pixels count as the last one on it, so that tiles there can fill up;
             // and rows below the bottom as the last row.
             let [left, right] = events.at(s, at);
-            let left = s.to_int(s.min(s.max(left, zero), target.width_px));
+            let left = s.to_int(s.min(s.max(left, zero), target.padded_px));
             let right = s.max(right, zero);
             let right = s.select(s.lt(right, target.width_px), right, target.padded_px);
             let outside = s.either(s.lt(at, first), s.lt(last, at));
             let right = s.max_i(left, s.drop(outside, s.to_int(right)));
-            let mut left = s.sub_saturating(left, s.splat_i(begin_i as i32));
-            let mut right = s.sub_saturating(right, s.splat_i(begin_i as i32));
+            let mut left = s.sub_saturating(left, s.splat_i(begin_px as i32));
+            let mut right = s.sub_saturating(right, s.splat_i(begin_px as i32));
             let depth_of_row = s.add(s.mul(dy, down), corner);
-            let mut x = s.add(target.subtile[0], s.splat(f32::from_bits(begin_f)));
+            let mut x = s.add(target.subtile[0], s.splat(f32::from_bits(begin_x)));
             for tile in tiles {
                 let depth = s.max(s.add(s.mul(dx, x), depth_of_row), least);
                 let run = s.xor(s.shl(target.ones, left), s.shl(target.ones, right));
@@ -251,18 +250,16 @@ fn spans<S: Simd>(
     let columns_i = columns.map(|column| s.splat_i(column as i32));
     let [mut begin, mut end] = columns_i;
     if columns[1] - columns[0] > WALKED_WHOLE {
-        let (zero, lanes) = (s.splat(0.0), s.splat(S::LANES as f32));
+        let lanes = s.splat(S::LANES as f32);
         let top = s.mul(s.add(target.lane, s.splat(block as f32)), lanes);
         let bottom = s.min(s.add(top, s.splat((S::LANES - 1) as f32)), last);
         let [from, to] = events.extremes(s, s.max(top, first), bottom);
-        let (to_tile, up) = (
-            s.splat(1.0 / TILE_WIDTH as f32),
-            s.splat((TILE_WIDTH - 1) as f32),
-        );
-        let from = s.to_int(s.min(s.max(from, zero), target.width_px));
-        let to = s.to_int(s.min(s.max(to, zero), target.width_px));
-        begin = s.max_i(begin, s.to_int(s.mul(s.to_float(from), to_tile)));
-        end = s.min_i(end, s.to_int(s.mul(s.add(s.to_float(to), up), to_tile)));
+        let to_tile = s.splat(1.0 / TILE_WIDTH as f32);
+        let up = s.splat((TILE_WIDTH - 1) as f32);
+        let (first_column, end_column) = (s.to_float(begin), s.to_float(end));
+        let (from, to) = (s.mul(from, to_tile), s.mul(s.add(to, up), to_tile));
+        begin = s.to_int(s.min(s.max(from, first_column), end_column));
+        end = s.to_int(s.min(s.max(to, first_column), end_column));
     }
     let begin_px = s.mul(s.to_float(begin), s.splat(TILE_WIDTH as f32));
     let mut spans = [S::Words::zeroed(); 4];

@@ -22,8 +22,8 @@ pub(crate) struct Triangle {
     pub lower_slope: f32,
     pub top_y: f32,
     pub middle_y: f32,
-    /// Whether the middle vertex is right of the long edge.
-    pub middle_right: i32,
+    /// By how much the middle vertex is right of the long edge, pixels.
+    pub middle_right: f32,
     pub plane: Plane,
     pub rows: [i32; 2],
     pub columns: [i32; 2],
@@ -68,7 +68,7 @@ impl Batch {
             lower_slope: value(5),
             top_y: value(6),
             middle_y: value(7),
-            middle_right: bits(8) as i32,
+            middle_right: value(8),
             plane: Plane {
                 dx: value(9),
                 dy: value(10),
@@ -331,7 +331,8 @@ pub(crate) fn set_up<S: Simd, T: Triangles>(
     let [top, middle] = order(s, upper, middle);
     let long_slope = slope(s, top, bottom);
     let at_middle = s.add(top[0], s.mul(long_slope, s.sub(middle[1], top[1])));
-    let middle_right = s.lt(at_middle, middle[0]);
+    let by_right = s.sub(middle[0], at_middle);
+    let middle_right = s.lt(s.splat(0.0), by_right);
     let by = inward(s, long_slope, &margins);
     let long_x = s.select(middle_right, s.add(top[0], by), s.sub(top[0], by));
     let [upper_x, upper_slope] = short_edge(s, top, middle, middle_right, &margins);
@@ -360,7 +361,6 @@ pub(crate) fn set_up<S: Simd, T: Triangles>(
         ready: seen & !any_near & inside_guard,
         to_clip: (any_near & !all_near & present) | (seen & !any_near & !inside_guard),
     };
-    let right = s.select_i(middle_right, s.splat_i(1), s.splat_i(0));
     let values = [
         s.bits(long_x),
         s.bits(long_slope),
@@ -370,7 +370,7 @@ pub(crate) fn set_up<S: Simd, T: Triangles>(
         s.bits(lower_slope),
         s.bits(top[1]),
         s.bits(middle[1]),
-        right,
+        s.bits(by_right),
         s.bits(planes.dx),
         s.bits(planes.dy),
         s.bits(planes.least_corner),
