@@ -37,12 +37,15 @@ pub(crate) struct Target<'a, S: Simd> {
     /// Place in its tile of each lane's subtile, pixels.
     subtile: [S::F; 2],
     /// Row in its tile of each lane of coverage.
-    lane: S::F,
-    width_px: S::F,
-    /// Width with all of the last column of tiles.
-    padded_px: S::F,
+    lane: S::I,
+    /// Top of as many rows of tiles as there are lanes, pixels.
+    top: S::I,
+    /// The bits of the width.
+    width_px: S::I,
+    /// The bits of the width with all of the last column of tiles.
+    padded_px: S::I,
     /// The last row of pixels.
-    bottom: S::F,
+    bottom: S::I,
     /// Opaque: the compiler turns shifts of a known -1 into something slower.
     ones: S::I,
 }
@@ -65,10 +68,11 @@ impl<'a, S: Simd> Target<'a, S> {
                 s.mul(s.to_float(s.and(lane, three)), s.splat(8.0)),
                 s.to_float(s.and_not(lane, three)),
             ],
-            lane: s.to_float(lane),
-            width_px: s.splat(width as f32),
-            padded_px: s.splat((columns as u32 * TILE_WIDTH) as f32),
-            bottom: s.splat((height - 1) as f32),
+            lane,
+            top: s.to_int(s.mul(s.to_float(lane), s.splat(S::LANES as f32))),
+            width_px: s.bits(s.splat(width as f32)),
+            padded_px: s.bits(s.splat((columns as u32 * TILE_WIDTH) as f32)),
+            bottom: s.splat_i(height as i32 - 1),
             ones: s.splat_i(black_box(-1)),
             tiles,
         }
@@ -182,16 +186,17 @@ fn rows<S: Simd>(
         columns[0] as u32 / TILE_WIDTH,
         (columns[1] - 1) as u32 / TILE_WIDTH + 1,
     ];
-    let (zero, lanes) = (s.splat(0.0), s.splat(S::LANES as f32));
+    let (lanes, lanes_px) = (s.splat_i(S::LANES as i32), s.splat(S::LANES as f32));
+    let zero = s.splat_i(0);
     let tile_width = s.splat_i(TILE_WIDTH as i32);
     let tile_width_px = s.splat(TILE_WIDTH as f32);
     let (dx, dy) = (s.splat(plane.dx), s.splat(plane.dy));
-    let (corner, least) = (s.splat(plane.least_corner), s.splat(plane.least));
-    let (first, last) = (s.splat(rows[0] as f32), s.splat((rows[1] - 1) as f32));
+    let (corner, least) = (s.splat(plane.least_corner), s.bits(s.splat(plane.least)));
+    let (first, last) = (s.splat_i(rows[0]), s.splat_i(rows[1] - 1));
 
-    let top = s.splat((first_row * S::LANES) as f32);
-    let mut row = s.add(target.lane, top);
-    let mut subtile_y = s.add(target.subtile[1], top);
+    let top = first_row * S::LANES;
+    let mut row = s.add_i(target.lane, s.splat_i(top as i32));
+    let mut subtile_y = s.add(target.subtile[1], s.splat(top as f32));
     let mut row_start = (first_row - target.rows[0]) * target.columns;
     let mut block = first_row;
     while block < end_row {
@@ -201,28 +206,30 @@ fn rows<S: Simd>(
         let spans = begin.iter().zip(end).zip(begin_px.iter().zip(begin_x));
         for ((&begin, &end), (&begin_px, &begin_x)) in spans {
             let tiles = row_start + begin as usize..row_start + end as usize;
-            let at = s.min(row, target.bottom);
+            let at = s.min_i(row, target.bottom);
             let down = subtile_y;
-            row = s.add(row, lanes);
-            subtile_y = s.add(subtile_y, lanes);
+            row = s.add_i(row, lanes);
+            subtile_y = s.add(subtile_y, lanes_px);
             row_start += target.columns;
             let Some(tiles) = target.tiles.get_mut(tiles) else {
                 continue;
             };
             // Past the right border all pixels count as the last one on it, so that tiles there can fill up;
             // and rows below the bottom as the last row.
-            let [left, right] = events.at(s, at);
-            let left = s.to_int(s.min(s.max(left, zero), target.padded_px));
-            let right = s.max(right, zero);
-            let right = s.select(s.lt(right, target.width_px), right, target.padded_px);
-            let outside = s.either(s.lt(at, first), s.lt(last, at));
-            let right = s.max_i(left, s.drop(outside, s.to_int(right)));
+            let [left, right] = events.at(s, s.to_float(at));
+            let left = s.min_i(s.max_i(s.bits(left), zero), target.padded_px);
+            let right = s.max_i(s.bits(right), zero);
+            let right = s.select_i(s.gt_i(target.width_px, right), right, target.padded_px);
+            let outside = s.either(s.gt_i(first, at), s.gt_i(at, last));
+            let right = s.max_i(left, s.drop(outside, right));
+            let (left, right) = (s.to_int(s.of_bits(left)), s.to_int(s.of_bits(right)));
             let mut left = s.sub_saturating(left, s.splat_i(begin_px as i32));
             let mut right = s.sub_saturating(right, s.splat_i(begin_px as i32));
             let depth_of_row = s.add(s.mul(dy, down), corner);
             let mut x = s.add(target.subtile[0], s.splat(f32::from_bits(begin_x)));
             for tile in tiles {
-                let depth = s.max(s.add(s.mul(dx, x), depth_of_row), least);
+                let depth = s.bits(s.add(s.mul(dx, x), depth_of_row));
+                let depth = s.max_i(depth, least);
                 let run = s.xor(s.shl(target.ones, left), s.shl(target.ones, right));
                 update(s, tile, depth, run);
                 x = s.add(x, tile_width_px);
@@ -242,7 +249,7 @@ fn rows<S: Simd>(
 fn spans<S: Simd>(
     s: S,
     target: &Target<'_, S>,
-    [first, last]: [S::F; 2],
+    [first, last]: [S::I; 2],
     block: usize,
     columns: [u32; 2],
     events: &impl Events,
@@ -250,10 +257,10 @@ fn spans<S: Simd>(
     let columns_i = columns.map(|column| s.splat_i(column as i32));
     let [mut begin, mut end] = columns_i;
     if columns[1] - columns[0] > WALKED_WHOLE {
-        let lanes = s.splat(S::LANES as f32);
-        let top = s.mul(s.add(target.lane, s.splat(block as f32)), lanes);
-        let bottom = s.min(s.add(top, s.splat((S::LANES - 1) as f32)), last);
-        let [from, to] = events.extremes(s, s.max(top, first), bottom);
+        let top = s.add_i(target.top, s.splat_i((block * S::LANES) as i32));
+        let bottom = s.min_i(s.add_i(top, s.splat_i(S::LANES as i32 - 1)), last);
+        let top = s.max_i(top, first);
+        let [from, to] = events.extremes(s, s.to_float(top), s.to_float(bottom));
         let to_tile = s.splat(1.0 / TILE_WIDTH as f32);
         let up = s.splat((TILE_WIDTH - 1) as f32);
         let (first_column, end_column) = (s.to_float(begin), s.to_float(end));
@@ -279,26 +286,28 @@ fn spans<S: Simd>(
 /// are no number, so that nothing is farther or nearer, and the greatest of integers, so that they lose every
 /// minimum. All other depths are positive, and their bits in the order of their values.
 #[inline(always)]
-fn update<S: Simd>(s: S, tile: &mut Tile<S>, depth: S::F, run: S::I) {
+fn update<S: Simd>(s: S, tile: &mut Tile<S>, depth: S::I, run: S::I) {
     let [reference_words, working_words, open_words] = tile.each_mut().map(AsMut::as_mut);
-    let reference = s.of_bits(s.load(reference_words));
-    let nearer = s.lt(reference, depth);
+    let reference = s.load(reference_words);
+    let nearer = s.gt_i(depth, reference);
     if s.mask_bits(nearer) == 0 {
         cold_path();
         return;
     }
     let none = s.splat_i(0);
     let covered = s.keep(nearer, s.transpose_bytes(run));
-    let depth = s.fill(s.eq_i(covered, none), s.bits(depth));
+    let untouched = s.eq_i(covered, none);
 
     // Discard the working layer if the primitive is farther from it than it is from the reference layer.
-    let working = s.of_bits(s.load(working_words));
-    let discard = s.lt(s.sub(working, reference), s.sub(s.of_bits(depth), working));
-    let working = s.min_u(s.fill(discard, s.bits(working)), depth);
+    let working = s.load(working_words);
+    let from_working = s.sub(s.of_bits(depth), s.of_bits(working));
+    let from_reference = s.sub(s.of_bits(working), s.of_bits(reference));
+    let apart = s.gt_i(s.bits(from_working), s.bits(from_reference));
+    let discard = s.but_not(apart, untouched);
+    let working = s.min_u(s.fill(discard, working), s.fill(untouched, depth));
     let open = s.and_not(s.fill(discard, s.load(open_words)), covered);
     let full = s.eq_i(open, none);
-    let reference = s.select_i(full, working, s.bits(reference));
-    s.store(reference, reference_words);
+    s.store(s.select_i(full, working, reference), reference_words);
     s.store(s.fill(full, working), working_words);
     s.store(s.fill(full, open), open_words);
 }
