@@ -5,12 +5,13 @@
 //! tile takes two shifts whatever the number of edges is. (The paper shifts per edge and splits the triangle
 //! at its middle vertex to save one; the fold costs one operation per row of tiles instead.)
 
-use std::hint::{black_box, cold_path};
+use std::hint::cold_path;
 
 use bytemuck::Zeroable;
 
 use crate::buffer::TILE_WIDTH;
 use crate::clip::Polygon;
+use crate::options::MAX_SIDE;
 use crate::setup::{FAR_PX, Plane, Triangle};
 use crate::simd::Simd;
 
@@ -34,8 +35,8 @@ pub(crate) struct Target<'a, S: Simd> {
     columns: usize,
     /// Rows of tiles, half-open.
     rows: [usize; 2],
-    /// Place in its tile of each lane's subtile, pixels.
-    subtile: [S::F; 2],
+    /// Row in its tile of each lane's subtile.
+    subtile_y: S::F,
     /// Row in its tile of each lane of coverage.
     lane: S::I,
     /// Top of as many rows of tiles as there are lanes, pixels.
@@ -46,8 +47,6 @@ pub(crate) struct Target<'a, S: Simd> {
     padded_px: S::I,
     /// The last row of pixels.
     bottom: S::I,
-    /// Opaque: the compiler turns shifts of a known -1 into something slower.
-    ones: S::I,
 }
 
 impl<'a, S: Simd> Target<'a, S> {
@@ -60,20 +59,16 @@ impl<'a, S: Simd> Target<'a, S> {
             size: [width, height],
         } = band;
         let tiles: &mut [Tile<S>] = bytemuck::cast_slice_mut(words);
-        let (lane, three) = (s.lane_index(), s.splat_i(3));
+        let lane = s.lane_index();
         Self {
             columns,
             rows: [first_row, first_row + tiles.len() / columns],
-            subtile: [
-                s.mul(s.to_float(s.and(lane, three)), s.splat(8.0)),
-                s.to_float(s.and_not(lane, three)),
-            ],
+            subtile_y: s.to_float(s.and_not(lane, s.splat_i(3))),
             lane,
             top: s.to_int(s.mul(s.to_float(lane), s.splat(S::LANES as f32))),
             width_px: s.bits(s.splat(width as f32)),
             padded_px: s.bits(s.splat((columns as u32 * TILE_WIDTH) as f32)),
             bottom: s.splat_i(height as i32 - 1),
-            ones: s.splat_i(black_box(-1)),
             tiles,
         }
     }
@@ -82,6 +77,17 @@ impl<'a, S: Simd> Target<'a, S> {
 /// Rows of tiles up to this many tiles wide are walked whole; in wider ones only from the first to the last
 /// event.
 const WALKED_WHOLE: u32 = 2;
+
+/// Columns of subtiles in each column of tiles that an image may have, pixels.
+static SUBTILE_X: [[f32; 4]; (MAX_SIDE / TILE_WIDTH) as usize] = {
+    let mut x = [[0.0; 4]; (MAX_SIDE / TILE_WIDTH) as usize];
+    let mut column = 0;
+    while column < 4 * x.len() {
+        x[column / 4][column % 4] = 8.0 * column as f32;
+        column += 1;
+    }
+    x
+};
 
 /// Where the edges meet a row of pixels.
 pub(crate) trait Events {
@@ -187,24 +193,22 @@ fn rows<S: Simd>(
         (columns[1] - 1) as u32 / TILE_WIDTH + 1,
     ];
     let (lanes, lanes_px) = (s.splat_i(S::LANES as i32), s.splat(S::LANES as f32));
-    let zero = s.splat_i(0);
+    let (zero, ones) = (s.splat_i(0), s.splat_i(-1));
     let tile_width = s.splat_i(TILE_WIDTH as i32);
-    let tile_width_px = s.splat(TILE_WIDTH as f32);
     let (dx, dy) = (s.splat(plane.dx), s.splat(plane.dy));
     let (corner, least) = (s.splat(plane.least_corner), s.bits(s.splat(plane.least)));
     let (first, last) = (s.splat_i(rows[0]), s.splat_i(rows[1] - 1));
 
     let top = first_row * S::LANES;
     let mut row = s.add_i(target.lane, s.splat_i(top as i32));
-    let mut subtile_y = s.add(target.subtile[1], s.splat(top as f32));
+    let mut subtile_y = s.add(target.subtile_y, s.splat(top as f32));
     let mut row_start = (first_row - target.rows[0]) * target.columns;
     let mut block = first_row;
     while block < end_row {
         let spans = spans(s, target, [first, last], block, columns, events);
         let count = (end_row - block).min(S::LANES);
-        let [begin, end, begin_px, begin_x] = spans.each_ref().map(|words| &words.as_ref()[..count]);
-        let spans = begin.iter().zip(end).zip(begin_px.iter().zip(begin_x));
-        for ((&begin, &end), (&begin_px, &begin_x)) in spans {
+        let [begin, end, begin_px] = spans.each_ref().map(|words| &words.as_ref()[..count]);
+        for ((&begin, &end), &begin_px) in begin.iter().zip(end).zip(begin_px) {
             let tiles = row_start + begin as usize..row_start + end as usize;
             let at = s.min_i(row, target.bottom);
             let down = subtile_y;
@@ -217,22 +221,21 @@ fn rows<S: Simd>(
             // Past the right border all pixels count as the last one on it, so that tiles there can fill up;
             // and rows below the bottom as the last row.
             let [left, right] = events.at(s, s.to_float(at));
-            let left = s.min_i(s.max_i(s.bits(left), zero), target.padded_px);
+            let left = s.max_i(s.bits(left), zero);
             let right = s.max_i(s.bits(right), zero);
             let right = s.select_i(s.gt_i(target.width_px, right), right, target.padded_px);
             let outside = s.either(s.gt_i(first, at), s.gt_i(at, last));
-            let right = s.max_i(left, s.drop(outside, right));
+            let right = s.drop(outside, right);
             let (left, right) = (s.to_int(s.of_bits(left)), s.to_int(s.of_bits(right)));
             let mut left = s.sub_saturating(left, s.splat_i(begin_px as i32));
             let mut right = s.sub_saturating(right, s.splat_i(begin_px as i32));
             let depth_of_row = s.add(s.mul(dy, down), corner);
-            let mut x = s.add(target.subtile[0], s.splat(f32::from_bits(begin_x)));
-            for tile in tiles {
+            for (tile, x) in tiles.iter_mut().zip(&SUBTILE_X[begin as usize..]) {
+                let x = s.repeat_four(x);
                 let depth = s.bits(s.add(s.mul(dx, x), depth_of_row));
                 let depth = s.max_i(depth, least);
-                let run = s.xor(s.shl(target.ones, left), s.shl(target.ones, right));
+                let run = s.and_not(s.shl(ones, left), s.shl(ones, right));
                 update(s, tile, depth, run);
-                x = s.add(x, tile_width_px);
                 left = s.sub_saturating(left, tile_width);
                 right = s.sub_saturating(right, tile_width);
             }
@@ -253,7 +256,7 @@ fn spans<S: Simd>(
     block: usize,
     columns: [u32; 2],
     events: &impl Events,
-) -> [S::Words; 4] {
+) -> [S::Words; 3] {
     let columns_i = columns.map(|column| s.splat_i(column as i32));
     let [mut begin, mut end] = columns_i;
     if columns[1] - columns[0] > WALKED_WHOLE {
@@ -269,11 +272,8 @@ fn spans<S: Simd>(
         end = s.to_int(s.min(s.max(to, first_column), end_column));
     }
     let begin_px = s.mul(s.to_float(begin), s.splat(TILE_WIDTH as f32));
-    let mut spans = [S::Words::zeroed(); 4];
-    for (words, values) in spans
-        .iter_mut()
-        .zip([begin, end, s.to_int(begin_px), s.bits(begin_px)])
-    {
+    let mut spans = [S::Words::zeroed(); 3];
+    for (words, values) in spans.iter_mut().zip([begin, end, s.to_int(begin_px)]) {
         s.store(values, words.as_mut());
     }
     spans
@@ -296,15 +296,14 @@ fn update<S: Simd>(s: S, tile: &mut Tile<S>, depth: S::I, run: S::I) {
     }
     let none = s.splat_i(0);
     let covered = s.keep(nearer, s.transpose_bytes(run));
-    let untouched = s.eq_i(covered, none);
+    let depth = s.fill(s.eq_i(covered, none), depth);
 
     // Discard the working layer if the primitive is farther from it than it is from the reference layer.
     let working = s.load(working_words);
     let from_working = s.sub(s.of_bits(depth), s.of_bits(working));
     let from_reference = s.sub(s.of_bits(working), s.of_bits(reference));
-    let apart = s.gt_i(s.bits(from_working), s.bits(from_reference));
-    let discard = s.but_not(apart, untouched);
-    let working = s.min_u(s.fill(discard, working), s.fill(untouched, depth));
+    let discard = s.lt(from_reference, from_working);
+    let working = s.min_u(s.fill(discard, working), depth);
     let open = s.and_not(s.fill(discard, s.load(open_words)), covered);
     let full = s.eq_i(open, none);
     s.store(s.select_i(full, working, reference), reference_words);

@@ -1,5 +1,6 @@
 //! AVX2: 8 lanes.
 
+use std::arch::asm;
 use std::arch::x86_64::*;
 
 use super::{Kernel, Rows, Simd};
@@ -127,11 +128,6 @@ impl Simd for Avx2 {
         unsafe { _mm256_max_epi32(a, b) }
     }
     #[inline(always)]
-    fn xor(self, a: Self::I, b: Self::I) -> Self::I {
-        // SAFETY: `self` proves that the CPU has the instructions.
-        unsafe { _mm256_xor_si256(a, b) }
-    }
-    #[inline(always)]
     fn and_not(self, a: Self::I, b: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm256_andnot_si256(b, a) }
@@ -139,7 +135,12 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn shl(self, a: Self::I, count: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
-        unsafe { _mm256_sllv_epi32(a, count) }
+        unsafe { shift_left(a, count) }
+    }
+    #[inline(always)]
+    fn repeat_four(self, four: &[f32; 4]) -> Self::F {
+        // SAFETY: 16 readable bytes, no alignment asked; `self` proves that the CPU has the instructions.
+        unsafe { _mm256_broadcast_ps(&_mm_loadu_ps(four.as_ptr())) }
     }
     #[inline(always)]
     fn lane_index(self) -> Self::I {
@@ -264,4 +265,23 @@ unsafe fn pair(rows: &impl Rows, i: usize) -> __m256 {
         let low = _mm256_castps128_ps256(_mm_loadu_ps(rows.row(i).as_ptr()));
         _mm256_insertf128_ps::<1>(low, _mm_loadu_ps(rows.row(i + 4).as_ptr()))
     }
+}
+
+/// [`Simd::shl`]. The intrinsic is a shift, a comparison and a selection to the compiler, which finds its way back to
+/// the one instruction only from some expressions.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn shift_left(a: __m256i, count: __m256i) -> __m256i {
+    let shifted;
+    // SAFETY: registers to a register, nothing else; the CPU has the instruction where this function may be called.
+    unsafe {
+        asm!(
+            "vpsllvd {shifted}, {a}, {count}",
+            shifted = lateout(ymm_reg) shifted,
+            a = in(ymm_reg) a,
+            count = in(ymm_reg) count,
+            options(pure, nomem, nostack, preserves_flags),
+        );
+    }
+    shifted
 }

@@ -31,6 +31,10 @@ impl Simd for Portable {
         [value; N]
     }
     #[inline(always)]
+    fn repeat_four(self, four: &[f32; 4]) -> Self::F {
+        from_fn(|i| four[i % 4])
+    }
+    #[inline(always)]
     fn lane_index(self) -> Self::I {
         from_fn(|i| i as i32)
     }
@@ -109,10 +113,6 @@ impl Simd for Portable {
     #[inline(always)]
     fn or(self, a: Self::I, b: Self::I) -> Self::I {
         zip(a, b, |a, b| a | b)
-    }
-    #[inline(always)]
-    fn xor(self, a: Self::I, b: Self::I) -> Self::I {
-        zip(a, b, |a, b| a ^ b)
     }
     #[inline(always)]
     fn and_not(self, a: Self::I, b: Self::I) -> Self::I {

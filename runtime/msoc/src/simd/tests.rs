@@ -40,7 +40,7 @@ impl Kernel for Everything<'_> {
             s.min_i(a_i, b_i),
             s.max_i(a_i, b_i),
             s.min_u(a_i, b_i),
-            s.xor(a_i, b_i),
+            s.bits(s.repeat_four(&rows[1])),
             s.sub_saturating(low(a_i), low(b_i)),
             s.and(a_i, b_i),
             s.or(a_i, b_i),
