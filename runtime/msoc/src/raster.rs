@@ -177,6 +177,9 @@ pub(crate) fn polygon<S: Simd>(s: S, target: &mut Target<'_, S>, it: &Polygon) {
 }
 
 /// Rasterizes the pixels between the left and right events of each row.
+///
+/// Floats that are not negative are in the order of their bits, and no negative one is above them; so most
+/// comparisons are of integers, for which CPUs have more units.
 #[inline(always)]
 fn rows<S: Simd>(
     s: S,
@@ -245,7 +248,7 @@ fn rows<S: Simd>(
 }
 
 /// For each of `LANES` rows of tiles from `block`: the first tile that may be covered, one past the last, and
-/// the place of the first, pixels, as i32 and as f32. An event is monotone in the row, so its extremes in a row
+/// the place of the first, pixels. An event is monotone in the row, so its extremes in a row
 /// of tiles are at the first and last of the rows there; knowing them ahead keeps the walk over tiles from
 /// waiting for the events.
 #[inline(always)]
@@ -257,8 +260,7 @@ fn spans<S: Simd>(
     columns: [u32; 2],
     events: &impl Events,
 ) -> [S::Words; 3] {
-    let columns_i = columns.map(|column| s.splat_i(column as i32));
-    let [mut begin, mut end] = columns_i;
+    let [mut begin, mut end] = columns.map(|column| s.splat_i(column as i32));
     if columns[1] - columns[0] > WALKED_WHOLE {
         let top = s.add_i(target.top, s.splat_i((block * S::LANES) as i32));
         let bottom = s.min_i(s.add_i(top, s.splat_i(S::LANES as i32 - 1)), last);

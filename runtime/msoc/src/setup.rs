@@ -10,6 +10,9 @@ pub(crate) const FAR_PX: f32 = 1e6;
 /// Bounding box over (twice the) area from which on a sliver's depth plane is not trusted in f32.
 const SLIVER: f32 = 4096.0;
 
+/// Nearness per pixel from which on a depth plane is not trusted: far from where f32 ends.
+pub(crate) const STEEPEST: f32 = 1e30;
+
 /// A triangle ready to be rasterized. An edge is the line `x = x0 + slope (y - y0)`; rows and columns are
 /// half-open. One edge, `long`, spans the rows of the other two and is on the other side.
 #[derive(Clone, Copy, Debug)]
@@ -197,8 +200,12 @@ fn planes<S: Simd>(
     let area = cross(s, x1, y2, x2, y1);
     let trusted = s.lt(bounds, s.mul(s.abs(area), s.splat(SLIVER)));
     let over_area = s.div(s.splat(1.0), area);
-    let dx = s.select(trusted, s.mul(cross(s, d1, y2, d2, y1), over_area), zero);
-    let dy = s.select(trusted, s.mul(cross(s, d2, x1, d1, x2), over_area), zero);
+    let dx = s.mul(cross(s, d1, y2, d2, y1), over_area);
+    let dy = s.mul(cross(s, d2, x1, d1, x2), over_area);
+    // False where a depth is no number: the rasterizer wants numbers.
+    let moderate = s.lt(s.add(s.abs(dx), s.abs(dy)), s.splat(STEEPEST));
+    let trusted = s.both(trusted, moderate);
+    let (dx, dy) = (s.select(trusted, dx, zero), s.select(trusted, dy, zero));
     let d_min = least(s, [a.d, b.d, c.d]);
     let origin = s.sub(s.sub(a.d, s.mul(dx, a.x)), s.mul(dy, a.y));
     // Centres of a subtile's pixels: x + 1 to x + 8, y to y + 3.
@@ -349,7 +356,9 @@ pub(crate) fn set_up<S: Simd, T: Triangles>(
     let some = s.both(s.gt_i(end_row, first_row), s.gt_i(end_column, first_column));
     let zero = s.splat(0.0);
     let has_area = s.lt(zero, s.abs(planes.area));
-    let mut seen = s.mask_bits(s.both(some, has_area)) & present;
+    let has_depth = s.lt(planes.least, s.splat(f32::INFINITY));
+    let seen = s.both(s.both(some, has_area), has_depth);
+    let mut seen = s.mask_bits(seen) & present;
     if view.cull_back_faces {
         seen &= s.mask_bits(s.lt(planes.area, zero));
     }
