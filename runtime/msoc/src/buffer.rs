@@ -4,15 +4,15 @@
 //! `d` is affine in the image. The paper's `Zmax` of a layer is the least `d` of it.
 //!
 //! A tile is 32 pixels wide and as high as a vector has lanes. It is stored as three vectors, one lane per
-//! subtile of 8x4 pixels: the reference layer's depth, the working layer's depth, the working layer's mask.
+//! subtile of 8x4 pixels: the reference layer's depth, the working layer's depth, and the pixels that are open,
+//! that is, not covered by the working layer. An empty working layer is all ones in both: a depth of no number,
+//! above all others as an integer, and every pixel open.
 //! Lane `4 (y / 4) + x / 8` is the subtile of the tile's pixel (x, y), and bit `8 (y % 4) + x % 8` the pixel.
 
 use bytemuck::{Pod, Zeroable};
 
 /// Tile width in pixels: the bits of a lane, one row of coverage.
 pub(crate) const TILE_WIDTH: u32 = 32;
-/// The depth of a working layer that holds nothing.
-pub(crate) const EMPTY: f32 = f32::INFINITY;
 
 /// A cache line.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -47,17 +47,19 @@ impl MaskedDepth {
         let lanes = self.lanes;
         for tile in self.words_mut().chunks_exact_mut(3 * lanes) {
             tile[..lanes].fill(0);
-            tile[lanes..2 * lanes].fill(EMPTY.to_bits());
-            tile[2 * lanes..].fill(0);
+            tile[lanes..].fill(!0);
         }
     }
 
+    /// Tile after tile, row after row.
     pub fn words(&self) -> &[u32] {
-        bytemuck::cast_slice(&self.lines)
+        &bytemuck::cast_slice(&self.lines)[..self.row_words() * self.tiles[1] as usize]
     }
 
+    /// As [`Self::words`].
     pub fn words_mut(&mut self) -> &mut [u32] {
-        bytemuck::cast_slice_mut(&mut self.lines)
+        let words = self.row_words() * self.tiles[1] as usize;
+        &mut bytemuck::cast_slice_mut(&mut self.lines)[..words]
     }
 
     /// Words of a row of tiles.
@@ -72,7 +74,7 @@ impl MaskedDepth {
         let tile = &self.words()[tile * 3 * self.lanes..];
         let (x, y) = (x % TILE_WIDTH, y % lanes);
         let lane = (4 * (y / 4) + x / 8) as usize;
-        let working = tile[2 * self.lanes + lane] >> (8 * (y % 4) + x % 8) & 1 == 1;
-        f32::from_bits(tile[lane + if working { self.lanes } else { 0 }])
+        let open = tile[2 * self.lanes + lane] >> (8 * (y % 4) + x % 8) & 1 == 1;
+        f32::from_bits(tile[lane + if open { 0 } else { self.lanes }])
     }
 }

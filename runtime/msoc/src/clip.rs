@@ -1,7 +1,7 @@
 //! Near clipping: triangles that cross the near plane or the guard band, one at a time, in f64.
 
 use crate::options::Depth;
-use crate::setup::{FAR_PX, Plane};
+use crate::setup::{FAR_PX, Plane, STEEPEST};
 use crate::view::{GUARD, HORIZONTAL_PX, LEAST_W, U, View};
 
 /// Three vertices and one more per plane: near, w > 0, four of the guard band.
@@ -239,8 +239,9 @@ fn plane(view: &View, points: &[Projected], step: f64, reach: f64) -> Plane {
     let area = triangle_area(a, b, c);
     let dx = ((b.d - a.d) * (c.y - a.y) - (c.d - a.d) * (b.y - a.y)) / area;
     let dy = ((c.d - a.d) * (b.x - a.x) - (b.d - a.d) * (c.x - a.x)) / area;
+    let moderate = dx.abs() + dy.abs() < f64::from(STEEPEST);
     // f64 keeps 2^-53 times the ratio of bounds to area; past this the plane is worth nothing.
-    if area.abs() < 1e-6 || !(dx.abs() + dy.abs()).is_finite() {
+    if area.abs() < 1e-6 || !moderate {
         return flat;
     }
     let corner = a.d - dx * a.x - dy * a.y + dx.min(8.0 * dx) + (3.0 * dy).min(0.0);

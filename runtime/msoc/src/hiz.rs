@@ -6,7 +6,7 @@ use crate::geometry::{Aabb, Matrix4, Occluder, Transform, compose, transform};
 use crate::msoc::{MeshError, check_indices};
 use crate::options::{Options, OptionsError};
 use crate::query::{Footprint, Rect, Visibility, hull_footprint, rect_footprint};
-use crate::raster::{Events, MiddleLeft, MiddleRight};
+use crate::raster::Events;
 use crate::rasterize::{Indexed, Triangles, Visit, for_each};
 use crate::setup::{Plane, Triangle};
 use crate::simd::{Isa, Kernel, Simd};
@@ -184,17 +184,13 @@ impl<T: Triangles> Kernel for Fill<'_, T> {
     }
 }
 
-impl Visit for Pixels<'_> {
+impl<S: Simd> Visit<S> for Pixels<'_> {
     #[inline(always)]
-    fn triangle<S: Simd>(&mut self, s: S, it: &Triangle) {
-        if it.middle_right {
-            self.fill(s, it.rows, &it.plane, &MiddleRight(it));
-        } else {
-            self.fill(s, it.rows, &it.plane, &MiddleLeft(it));
-        }
+    fn triangle(&mut self, s: S, it: &Triangle) {
+        self.fill(s, it.rows, &it.plane, it);
     }
     #[inline(always)]
-    fn polygon<S: Simd>(&mut self, s: S, it: &Polygon) {
+    fn polygon(&mut self, s: S, it: &Polygon) {
         self.fill(s, it.rows, &it.plane, it);
     }
 }

@@ -191,6 +191,24 @@ impl Kernel for HidesRect<'_> {
         let above = |y: i32| !0_u32 >> (28 - 4 * ((y % lanes) >> 2));
         let (first_columns, last_columns) = (right_of(min[0]), left_of(max[0]));
         let (first_rows, last_rows) = (below(min[1]), above(max[1]));
+        // Mostly the reference layer hides what is small. Without a loop, whose length nothing would predict: of four
+        // tiles, some of which may be the same.
+        if last_column - first_column < 2 && last_row - first_row < 2 {
+            let all = !0_u32 >> (32 - S::LANES);
+            let [left, right] = ends(first_column == last_column, first_columns, last_columns);
+            let [top, bottom] = ends(first_row == last_row, first_rows & all, last_rows & all);
+            let mut seen = 0;
+            for (tile_y, rows) in [(first_row, top), (last_row, bottom)] {
+                for (tile_x, columns_touched) in [(first_column, left), (last_column, right)] {
+                    let tile = &words[(tile_y * columns + tile_x) as usize * 3 * S::LANES..];
+                    let hidden = s.mask_bits(s.lt(nearest_all, s.of_bits(s.load(tile))));
+                    seen |= !hidden & rows & columns_touched;
+                }
+            }
+            if seen == 0 {
+                return true;
+            }
+        }
         for tile_y in first_row..=last_row {
             let mut rows = !0_u32 >> (32 - S::LANES);
             if tile_y == first_row {
@@ -221,8 +239,8 @@ impl Kernel for HidesRect<'_> {
                     ];
                     let asked = subtile_mask(&self.rect, corner);
                     let working = f32::from_bits(tile[S::LANES + lane]);
-                    let mask = tile[2 * S::LANES + lane];
-                    if asked & !mask != 0 || nearest >= working {
+                    let open = tile[2 * S::LANES + lane];
+                    if asked & open != 0 || nearest >= working {
                         return false;
                     }
                 }
@@ -230,6 +248,13 @@ impl Kernel for HidesRect<'_> {
         }
         true
     }
+}
+
+/// What is touched in the first and last tile along an axis, which may be the same.
+#[inline(always)]
+fn ends(same: bool, first: u32, last: u32) -> [u32; 2] {
+    let both = first & last;
+    if same { [both, both] } else { [first, last] }
 }
 
 /// The pixels of a rectangle in the subtile at `corner`, which it touches.

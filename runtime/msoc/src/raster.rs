@@ -5,10 +5,13 @@
 //! tile takes two shifts whatever the number of edges is. (The paper shifts per edge and splits the triangle
 //! at its middle vertex to save one; the fold costs one operation per row of tiles instead.)
 
-use std::hint::black_box;
+use std::hint::cold_path;
 
-use crate::buffer::{EMPTY, TILE_WIDTH};
+use bytemuck::Zeroable;
+
+use crate::buffer::TILE_WIDTH;
 use crate::clip::Polygon;
+use crate::options::MAX_SIDE;
 use crate::setup::{FAR_PX, Plane, Triangle};
 use crate::simd::Simd;
 
@@ -16,16 +19,75 @@ use crate::simd::Simd;
 pub(crate) struct Band<'a> {
     pub words: &'a mut [u32],
     /// Tiles across.
-    pub columns: i32,
-    /// Rows of tiles, half-open.
-    pub rows: [i32; 2],
+    pub columns: usize,
+    /// The first row of tiles.
+    pub first_row: usize,
     /// Of the whole image, pixels.
-    pub size: [i32; 2],
+    pub size: [u32; 2],
+}
+
+/// Reference layer, working layer, open pixels: see [`crate::buffer`].
+type Tile<S> = [<S as Simd>::Words; 3];
+
+/// A band to rasterize into, with what all triangles have in common.
+pub(crate) struct Target<'a, S: Simd> {
+    tiles: &'a mut [Tile<S>],
+    columns: usize,
+    /// Rows of tiles, half-open.
+    rows: [usize; 2],
+    /// Row in its tile of each lane's subtile.
+    subtile_y: S::F,
+    /// Row in its tile of each lane of coverage.
+    lane: S::I,
+    /// Top of as many rows of tiles as there are lanes, pixels.
+    top: S::I,
+    /// The bits of the width.
+    width_px: S::I,
+    /// The bits of the width with all of the last column of tiles.
+    padded_px: S::I,
+    /// The last row of pixels.
+    bottom: S::I,
+}
+
+impl<'a, S: Simd> Target<'a, S> {
+    #[inline(always)]
+    pub fn new(s: S, band: Band<'a>) -> Self {
+        let Band {
+            words,
+            columns,
+            first_row,
+            size: [width, height],
+        } = band;
+        let tiles: &mut [Tile<S>] = bytemuck::cast_slice_mut(words);
+        let lane = s.lane_index();
+        Self {
+            columns,
+            rows: [first_row, first_row + tiles.len() / columns],
+            subtile_y: s.to_float(s.and_not(lane, s.splat_i(3))),
+            lane,
+            top: s.to_int(s.mul(s.to_float(lane), s.splat(S::LANES as f32))),
+            width_px: s.bits(s.splat(width as f32)),
+            padded_px: s.bits(s.splat((columns as u32 * TILE_WIDTH) as f32)),
+            bottom: s.splat_i(height as i32 - 1),
+            tiles,
+        }
+    }
 }
 
 /// Rows of tiles up to this many tiles wide are walked whole; in wider ones only from the first to the last
 /// event.
-const WALKED_WHOLE: i32 = 2;
+const WALKED_WHOLE: u32 = 2;
+
+/// Columns of subtiles in each column of tiles that an image may have, pixels.
+static SUBTILE_X: [[f32; 4]; (MAX_SIDE / TILE_WIDTH) as usize] = {
+    let mut x = [[0.0; 4]; (MAX_SIDE / TILE_WIDTH) as usize];
+    let mut column = 0;
+    while column < 4 * x.len() {
+        x[column / 4][column % 4] = 8.0 * column as f32;
+        column += 1;
+    }
+    x
+};
 
 /// Where the edges meet a row of pixels.
 pub(crate) trait Events {
@@ -35,34 +97,27 @@ pub(crate) trait Events {
     fn extremes<S: Simd>(&self, s: S, top: S::F, bottom: S::F) -> [S::F; 2];
 }
 
-/// A triangle whose middle vertex is right of its long edge.
-pub(crate) struct MiddleRight<'a>(pub &'a Triangle);
-/// A triangle whose middle vertex is left of its long edge.
-pub(crate) struct MiddleLeft<'a>(pub &'a Triangle);
-
-impl Events for MiddleRight<'_> {
+/// Without a branch on where the middle vertex is: nothing would predict it.
+impl Events for Triangle {
     #[inline(always)]
     fn at<S: Simd>(&self, s: S, row: S::F) -> [S::F; 2] {
-        let [long, upper, lower] = lines(s, self.0, row);
-        [long, s.min(upper, lower)]
+        let [long, upper, lower] = lines(s, self, row);
+        let right = s.lt(s.splat(0.0), s.splat(self.middle_right));
+        [
+            s.select(right, long, s.max(upper, lower)),
+            s.select(right, s.min(upper, lower), long),
+        ]
     }
     #[inline(always)]
     fn extremes<S: Simd>(&self, s: S, top: S::F, bottom: S::F) -> [S::F; 2] {
-        let ([a, b, c], [d, e, f]) = (lines(s, self.0, top), lines(s, self.0, bottom));
-        [s.min(a, d), s.min(s.max(b, e), s.max(c, f))]
-    }
-}
-
-impl Events for MiddleLeft<'_> {
-    #[inline(always)]
-    fn at<S: Simd>(&self, s: S, row: S::F) -> [S::F; 2] {
-        let [long, upper, lower] = lines(s, self.0, row);
-        [s.max(upper, lower), long]
-    }
-    #[inline(always)]
-    fn extremes<S: Simd>(&self, s: S, top: S::F, bottom: S::F) -> [S::F; 2] {
-        let ([a, b, c], [d, e, f]) = (lines(s, self.0, top), lines(s, self.0, bottom));
-        [s.max(s.min(b, e), s.min(c, f)), s.max(a, d)]
+        let ([a, b, c], [d, e, f]) = (lines(s, self, top), lines(s, self, bottom));
+        let right = s.lt(s.splat(0.0), s.splat(self.middle_right));
+        let least = [s.min(a, d), s.max(s.min(b, e), s.min(c, f))];
+        let greatest = [s.max(a, d), s.min(s.max(b, e), s.max(c, f))];
+        [
+            s.select(right, least[0], least[1]),
+            s.select(right, greatest[1], greatest[0]),
+        ]
     }
 }
 
@@ -112,146 +167,148 @@ fn lines<S: Simd>(s: S, it: &Triangle, row: S::F) -> [S::F; 3] {
 }
 
 #[inline(always)]
-pub(crate) fn triangle<S: Simd>(s: S, band: &mut Band<'_>, it: &Triangle) {
-    if it.middle_right {
-        rows(s, band, it.rows, it.columns, &it.plane, &MiddleRight(it));
-    } else {
-        rows(s, band, it.rows, it.columns, &it.plane, &MiddleLeft(it));
-    }
+pub(crate) fn triangle<S: Simd>(s: S, target: &mut Target<'_, S>, it: &Triangle) {
+    rows(s, target, it.rows, it.columns, &it.plane, it);
 }
 
 #[inline(always)]
-pub(crate) fn polygon<S: Simd>(s: S, band: &mut Band<'_>, it: &Polygon) {
-    rows(s, band, it.rows, it.columns, &it.plane, it);
+pub(crate) fn polygon<S: Simd>(s: S, target: &mut Target<'_, S>, it: &Polygon) {
+    rows(s, target, it.rows, it.columns, &it.plane, it);
 }
 
 /// Rasterizes the pixels between the left and right events of each row.
+///
+/// Floats that are not negative are in the order of their bits, and no negative one is above them; so most
+/// comparisons are of integers, for which CPUs have more units.
 #[inline(always)]
 fn rows<S: Simd>(
     s: S,
-    band: &mut Band<'_>,
+    target: &mut Target<'_, S>,
     rows: [i32; 2],
     columns: [i32; 2],
     plane: &Plane,
     events: &impl Events,
 ) {
-    let lanes = S::LANES as i32;
-    let [width, height] = band.size;
-    let first_row = (rows[0] / lanes).max(band.rows[0]);
-    let end_row = ((rows[1] - 1) / lanes + 1).min(band.rows[1]);
-    let first_column = columns[0] / TILE_WIDTH as i32;
-    let end_column = (columns[1] - 1) / TILE_WIDTH as i32 + 1;
-
-    // Subtile of each lane, relative to its tile.
-    let lane = s.lane_index();
-    let three = s.splat_i(3);
-    let subtile_x = s.mul(s.to_float(s.and(lane, three)), s.splat(8.0));
-    let subtile_y = s.to_float(s.and_not(lane, three));
+    let first_row = (rows[0] as usize / S::LANES).max(target.rows[0]);
+    let end_row = ((rows[1] - 1) as usize / S::LANES + 1).min(target.rows[1]);
+    let columns = [
+        columns[0] as u32 / TILE_WIDTH,
+        (columns[1] - 1) as u32 / TILE_WIDTH + 1,
+    ];
+    let (lanes, lanes_px) = (s.splat_i(S::LANES as i32), s.splat(S::LANES as f32));
+    let (zero, ones) = (s.splat_i(0), s.splat_i(-1));
+    let tile_width = s.splat_i(TILE_WIDTH as i32);
     let (dx, dy) = (s.splat(plane.dx), s.splat(plane.dy));
-    let (corner, least) = (s.splat(plane.least_corner), s.splat(plane.least));
+    let (corner, least) = (s.splat(plane.least_corner), s.bits(s.splat(plane.least)));
     let (first, last) = (s.splat_i(rows[0]), s.splat_i(rows[1] - 1));
-    let (zero, full_width, width_px) = (s.splat(0.0), s.splat_i(width), s.splat(width as f32));
-    // Past the right border all pixels count as the last one on it, so that tiles there can fill up; and
-    // rows below the bottom as the last row.
-    let everything = s.splat_i(band.columns * TILE_WIDTH as i32);
-    let bottom = s.splat_i(height - 1);
 
-    // Opaque: the compiler turns shifts of a known -1 into something slower.
-    let ones = s.splat_i(black_box(-1));
-    let wide = end_column - first_column > WALKED_WHOLE;
-    let mut spans = [[0; 16]; 2];
-    for tile_row in first_row..end_row {
-        let (mut begin, mut end) = (first_column, end_column);
-        if wide {
-            let index = (tile_row - first_row) as usize % S::LANES;
-            if index == 0 {
-                spans = row_spans(s, rows, tile_row, width_px, events);
+    let top = first_row * S::LANES;
+    let mut row = s.add_i(target.lane, s.splat_i(top as i32));
+    let mut subtile_y = s.add(target.subtile_y, s.splat(top as f32));
+    let mut row_start = (first_row - target.rows[0]) * target.columns;
+    let mut block = first_row;
+    while block < end_row {
+        let spans = spans(s, target, [first, last], block, columns, events);
+        let count = (end_row - block).min(S::LANES);
+        let [begin, end, begin_px] = spans.each_ref().map(|words| &words.as_ref()[..count]);
+        for ((&begin, &end), &begin_px) in begin.iter().zip(end).zip(begin_px) {
+            let tiles = row_start + begin as usize..row_start + end as usize;
+            let at = s.min_i(row, target.bottom);
+            let down = subtile_y;
+            row = s.add_i(row, lanes);
+            subtile_y = s.add(subtile_y, lanes_px);
+            row_start += target.columns;
+            let Some(tiles) = target.tiles.get_mut(tiles) else {
+                continue;
+            };
+            // Past the right border all pixels count as the last one on it, so that tiles there can fill up;
+            // and rows below the bottom as the last row.
+            let [left, right] = events.at(s, s.to_float(at));
+            let left = s.max_i(s.bits(left), zero);
+            let right = s.max_i(s.bits(right), zero);
+            let right = s.select_i(s.gt_i(target.width_px, right), right, target.padded_px);
+            let outside = s.either(s.gt_i(first, at), s.gt_i(at, last));
+            let right = s.drop(outside, right);
+            let (left, right) = (s.to_int(s.of_bits(left)), s.to_int(s.of_bits(right)));
+            let mut left = s.sub_saturating(left, s.splat_i(begin_px as i32));
+            let mut right = s.sub_saturating(right, s.splat_i(begin_px as i32));
+            let depth_of_row = s.add(s.mul(dy, down), corner);
+            for (tile, x) in tiles.iter_mut().zip(&SUBTILE_X[begin as usize..]) {
+                let x = s.repeat_four(x);
+                let depth = s.bits(s.add(s.mul(dx, x), depth_of_row));
+                let depth = s.max_i(depth, least);
+                let run = s.and_not(s.shl(ones, left), s.shl(ones, right));
+                update(s, tile, depth, run);
+                left = s.sub_saturating(left, tile_width);
+                right = s.sub_saturating(right, tile_width);
             }
-            begin = begin.max(spans[0][index] as i32 / TILE_WIDTH as i32);
-            end = end.min((spans[1][index] as i32 + TILE_WIDTH as i32 - 1) / TILE_WIDTH as i32);
         }
-        if begin >= end {
-            continue;
-        }
-        let top = tile_row * lanes;
-        let row = s.min_i(s.add_i(lane, s.splat_i(top)), bottom);
-        let [left, right] = events.at(s, s.to_float(row));
-        let left = s.to_int(s.min(s.max(left, zero), width_px));
-        let right = s.to_int(s.min(s.max(right, zero), width_px));
-        let right = s.select_i(s.eq_i(right, full_width), everything, right);
-        let right = s.drop(s.either(s.gt_i(first, row), s.gt_i(row, last)), right);
-        let right = s.max_i(left, right);
-        let depth_of_row = s.add(s.mul(dy, s.add(subtile_y, s.splat(top as f32))), corner);
-        let begin_px = begin * TILE_WIDTH as i32;
-        let mut x = s.add(subtile_x, s.splat(begin_px as f32));
-        let mut left = s.sub_saturating(left, s.splat_i(begin_px));
-        let mut right = s.sub_saturating(right, s.splat_i(begin_px));
-        let tile_words = 3 * S::LANES;
-        let row_start = (tile_row - band.rows[0]) * band.columns;
-        let words =
-            (row_start + begin) as usize * tile_words..(row_start + end) as usize * tile_words;
-        for tile in band.words[words].chunks_exact_mut(tile_words) {
-            let depth = s.max(s.add(s.mul(dx, x), depth_of_row), least);
-            let run = s.xor(s.shl(ones, left), s.shl(ones, right));
-            update(s, tile, depth, run);
-            x = s.add(x, s.splat(TILE_WIDTH as f32));
-            left = s.sub_saturating(left, s.splat_i(TILE_WIDTH as i32));
-            right = s.sub_saturating(right, s.splat_i(TILE_WIDTH as i32));
-        }
+        block += S::LANES;
     }
 }
 
-/// The first and one past the last pixel that may be covered in each of `LANES` rows of tiles from
-/// `tile_row`. An event is monotone in the row, so its extremes in a row of tiles are at the first and last of
-/// the rows there; knowing them ahead keeps the walk over tiles from waiting for the events.
+/// For each of `LANES` rows of tiles from `block`: the first tile that may be covered, one past the last, and
+/// the place of the first, pixels. An event is monotone in the row, so its extremes in a row
+/// of tiles are at the first and last of the rows there; knowing them ahead keeps the walk over tiles from
+/// waiting for the events.
 #[inline(always)]
-fn row_spans<S: Simd>(
+fn spans<S: Simd>(
     s: S,
-    rows: [i32; 2],
-    tile_row: i32,
-    width_px: S::F,
+    target: &Target<'_, S>,
+    [first, last]: [S::I; 2],
+    block: usize,
+    columns: [u32; 2],
     events: &impl Events,
-) -> [[u32; 16]; 2] {
-    let lanes = S::LANES as i32;
-    let zero = s.splat(0.0);
-    let height = s.splat(lanes as f32);
-    let tile_row = s.add(s.to_float(s.lane_index()), s.splat(tile_row as f32));
-    let (first, last) = (s.splat(rows[0] as f32), s.splat((rows[1] - 1) as f32));
-    let top = s.mul(tile_row, height);
-    let bottom = s.min(s.add(top, s.splat((lanes - 1) as f32)), last);
-    let [from, to] = events.extremes(s, s.max(top, first), bottom);
-    let mut spans = [[0; 16]; 2];
-    s.store(s.to_int(s.min(s.max(from, zero), width_px)), &mut spans[0]);
-    s.store(s.to_int(s.min(s.max(to, zero), width_px)), &mut spans[1]);
+) -> [S::Words; 3] {
+    let [mut begin, mut end] = columns.map(|column| s.splat_i(column as i32));
+    if columns[1] - columns[0] > WALKED_WHOLE {
+        let top = s.add_i(target.top, s.splat_i((block * S::LANES) as i32));
+        let bottom = s.min_i(s.add_i(top, s.splat_i(S::LANES as i32 - 1)), last);
+        let top = s.max_i(top, first);
+        let [from, to] = events.extremes(s, s.to_float(top), s.to_float(bottom));
+        let to_tile = s.splat(1.0 / TILE_WIDTH as f32);
+        let up = s.splat((TILE_WIDTH - 1) as f32);
+        let (first_column, end_column) = (s.to_float(begin), s.to_float(end));
+        let (from, to) = (s.mul(from, to_tile), s.mul(s.add(to, up), to_tile));
+        begin = s.to_int(s.min(s.max(from, first_column), end_column));
+        end = s.to_int(s.min(s.max(to, first_column), end_column));
+    }
+    let begin_px = s.mul(s.to_float(begin), s.splat(TILE_WIDTH as f32));
+    let mut spans = [S::Words::zeroed(); 3];
+    for (words, values) in spans.iter_mut().zip([begin, end, s.to_int(begin_px)]) {
+        s.store(values, words.as_mut());
+    }
     spans
 }
 
 /// `updateHiZBuffer` of the paper, in nearness: lane by lane, and only where the primitive covers pixels of
 /// the subtile and is nearer than its reference layer (the hierarchical depth test).
+///
+/// Filling a lane with ones empties a layer; as the depth of a primitive it means that there is none. Such depths
+/// are no number, so that nothing is farther or nearer, and the greatest of integers, so that they lose every
+/// minimum. All other depths are positive, and their bits in the order of their values.
 #[inline(always)]
-fn update<S: Simd>(s: S, tile: &mut [u32], depth: S::F, run: S::I) {
-    let (reference_words, tile) = tile.split_at_mut(S::LANES);
-    let (working_words, mask_words) = tile.split_at_mut(S::LANES);
-    let reference = s.of_bits(s.load(reference_words));
-    let nearer = s.lt(reference, depth);
+fn update<S: Simd>(s: S, tile: &mut Tile<S>, depth: S::I, run: S::I) {
+    let [reference_words, working_words, open_words] = tile.each_mut().map(AsMut::as_mut);
+    let reference = s.load(reference_words);
+    let nearer = s.gt_i(depth, reference);
     if s.mask_bits(nearer) == 0 {
+        cold_path();
         return;
     }
     let none = s.splat_i(0);
     let covered = s.keep(nearer, s.transpose_bytes(run));
-    let untouched = s.eq_i(covered, none);
+    let depth = s.fill(s.eq_i(covered, none), depth);
 
-    let working = s.of_bits(s.load(working_words));
-    let mask = s.load(mask_words);
-    let empty = s.splat(EMPTY);
     // Discard the working layer if the primitive is farther from it than it is from the reference layer.
-    let apart = s.lt(s.sub(working, reference), s.sub(depth, working));
-    let discard = s.but_not(apart, untouched);
-    let merged = s.min(working, s.select(untouched, empty, depth));
-    let working = s.select(discard, depth, merged);
-    let mask = s.or(s.drop(discard, mask), covered);
-    let full = s.eq_i(mask, s.splat_i(-1));
-    s.store(s.bits(s.select(full, working, reference)), reference_words);
-    s.store(s.bits(s.select(full, empty, working)), working_words);
-    s.store(s.drop(full, mask), mask_words);
+    let working = s.load(working_words);
+    let from_working = s.sub(s.of_bits(depth), s.of_bits(working));
+    let from_reference = s.sub(s.of_bits(working), s.of_bits(reference));
+    let discard = s.lt(from_reference, from_working);
+    let working = s.min_u(s.fill(discard, working), depth);
+    let open = s.and_not(s.fill(discard, s.load(open_words)), covered);
+    let full = s.eq_i(open, none);
+    s.store(s.select_i(full, working, reference), reference_words);
+    s.store(s.fill(full, working), working_words);
+    s.store(s.fill(full, open), open_words);
 }

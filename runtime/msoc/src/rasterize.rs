@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::buffer::MaskedDepth;
 use crate::clip::{Polygon, clip};
-use crate::raster::{Band, polygon, triangle};
+use crate::raster::{Band, Target, polygon, triangle};
 use crate::setup::{Triangle, set_up};
 use crate::simd::{Isa, Kernel, Simd};
 use crate::view::View;
@@ -74,7 +74,7 @@ pub(crate) fn rasterize<T: Triangles>(
     // More bands than threads, so that a crowded one does not keep the others waiting.
     let rows_per_band = rows.div_ceil(4 * threads).max(1);
     let band_height = rows_per_band * isa.lanes();
-    let (columns, size) = (buffer.tiles[0] as i32, buffer.size.map(|side| side as i32));
+    let (columns, size) = (buffer.tiles[0] as usize, buffer.size);
     let band_words = rows_per_band * buffer.row_words();
     for from in (0..triangles.count()).step_by(ROUND) {
         let to = triangles.count().min(from + ROUND);
@@ -90,11 +90,10 @@ pub(crate) fn rasterize<T: Triangles>(
         let chunks = chunks.collect::<Vec<_>>();
         let bands = buffer.words_mut().par_chunks_mut(band_words).enumerate();
         bands.for_each(|(index, words)| {
-            let first = index * rows_per_band;
             let band = Band {
                 words,
                 columns,
-                rows: [first as i32, rows.min(first + rows_per_band) as i32],
+                first_row: index * rows_per_band,
                 size,
             };
             isa.run(Banded {
@@ -108,17 +107,17 @@ pub(crate) fn rasterize<T: Triangles>(
 
 fn whole(buffer: &mut MaskedDepth) -> Band<'_> {
     Band {
-        columns: buffer.tiles[0] as i32,
-        rows: [0, buffer.tiles[1] as i32],
-        size: buffer.size.map(|side| side as i32),
+        columns: buffer.tiles[0] as usize,
+        first_row: 0,
+        size: buffer.size,
         words: buffer.words_mut(),
     }
 }
 
 /// What is done with the visible triangles.
-pub(crate) trait Visit {
-    fn triangle<S: Simd>(&mut self, s: S, triangle: &Triangle);
-    fn polygon<S: Simd>(&mut self, s: S, polygon: &Polygon);
+pub(crate) trait Visit<S: Simd> {
+    fn triangle(&mut self, s: S, triangle: &Triangle);
+    fn polygon(&mut self, s: S, polygon: &Polygon);
 }
 
 /// Sets triangles up and visits those that can be seen, in order.
@@ -128,7 +127,7 @@ pub(crate) fn for_each<S: Simd, T: Triangles>(
     view: &View,
     triangles: &T,
     range: Range<usize>,
-    visit: &mut impl Visit,
+    visit: &mut impl Visit<S>,
 ) {
     let mut from = range.start;
     while from < range.end {
@@ -167,19 +166,20 @@ struct Serial<'a, T> {
 impl<T: Triangles> Kernel for Serial<'_, T> {
     type Output = ();
     #[inline(always)]
-    fn run<S: Simd>(mut self, s: S) {
+    fn run<S: Simd>(self, s: S) {
         let range = 0..self.triangles.count();
-        for_each(s, self.view, self.triangles, range, &mut self.band);
+        let mut target = Target::new(s, self.band);
+        for_each(s, self.view, self.triangles, range, &mut target);
     }
 }
 
-impl Visit for Band<'_> {
+impl<S: Simd> Visit<S> for Target<'_, S> {
     #[inline(always)]
-    fn triangle<S: Simd>(&mut self, s: S, it: &Triangle) {
+    fn triangle(&mut self, s: S, it: &Triangle) {
         triangle(s, self, it);
     }
     #[inline(always)]
-    fn polygon<S: Simd>(&mut self, s: S, it: &Polygon) {
+    fn polygon(&mut self, s: S, it: &Polygon) {
         polygon(s, self, it);
     }
 }
@@ -226,13 +226,13 @@ impl Chunk {
     }
 }
 
-impl Visit for Chunk {
+impl<S: Simd> Visit<S> for Chunk {
     #[inline(always)]
-    fn triangle<S: Simd>(&mut self, _: S, it: &Triangle) {
+    fn triangle(&mut self, _: S, it: &Triangle) {
         self.push(it.rows, Primitive::Triangle(*it));
     }
     #[inline(always)]
-    fn polygon<S: Simd>(&mut self, _: S, it: &Polygon) {
+    fn polygon(&mut self, _: S, it: &Polygon) {
         self.push(it.rows, Primitive::Polygon(Box::new(*it)));
     }
 }
@@ -247,12 +247,13 @@ struct Banded<'a> {
 impl Kernel for Banded<'_> {
     type Output = ();
     #[inline(always)]
-    fn run<S: Simd>(mut self, s: S) {
+    fn run<S: Simd>(self, s: S) {
+        let mut target = Target::new(s, self.band);
         for chunk in self.chunks {
             for &primitive in &chunk.bands[self.index] {
                 match &chunk.primitives[primitive as usize] {
-                    Primitive::Triangle(it) => triangle(s, &mut self.band, it),
-                    Primitive::Polygon(it) => polygon(s, &mut self.band, it),
+                    Primitive::Triangle(it) => triangle(s, &mut target, it),
+                    Primitive::Polygon(it) => polygon(s, &mut target, it),
                 }
             }
         }

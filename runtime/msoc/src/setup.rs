@@ -10,6 +10,9 @@ pub(crate) const FAR_PX: f32 = 1e6;
 /// Bounding box over (twice the) area from which on a sliver's depth plane is not trusted in f32.
 const SLIVER: f32 = 4096.0;
 
+/// Nearness per pixel from which on a depth plane is not trusted: far from where f32 ends.
+pub(crate) const STEEPEST: f32 = 1e30;
+
 /// A triangle ready to be rasterized. An edge is the line `x = x0 + slope (y - y0)`; rows and columns are
 /// half-open. One edge, `long`, spans the rows of the other two and is on the other side.
 #[derive(Clone, Copy, Debug)]
@@ -22,8 +25,8 @@ pub(crate) struct Triangle {
     pub lower_slope: f32,
     pub top_y: f32,
     pub middle_y: f32,
-    /// Whether the middle vertex is right of the long edge.
-    pub middle_right: bool,
+    /// By how much the middle vertex is right of the long edge, pixels.
+    pub middle_right: f32,
     pub plane: Plane,
     pub rows: [i32; 2],
     pub columns: [i32; 2],
@@ -68,7 +71,7 @@ impl Batch {
             lower_slope: value(5),
             top_y: value(6),
             middle_y: value(7),
-            middle_right: bits(8) != 0,
+            middle_right: value(8),
             plane: Plane {
                 dx: value(9),
                 dy: value(10),
@@ -197,8 +200,12 @@ fn planes<S: Simd>(
     let area = cross(s, x1, y2, x2, y1);
     let trusted = s.lt(bounds, s.mul(s.abs(area), s.splat(SLIVER)));
     let over_area = s.div(s.splat(1.0), area);
-    let dx = s.select(trusted, s.mul(cross(s, d1, y2, d2, y1), over_area), zero);
-    let dy = s.select(trusted, s.mul(cross(s, d2, x1, d1, x2), over_area), zero);
+    let dx = s.mul(cross(s, d1, y2, d2, y1), over_area);
+    let dy = s.mul(cross(s, d2, x1, d1, x2), over_area);
+    // False where a depth is no number: the rasterizer wants numbers.
+    let moderate = s.lt(s.add(s.abs(dx), s.abs(dy)), s.splat(STEEPEST));
+    let trusted = s.both(trusted, moderate);
+    let (dx, dy) = (s.select(trusted, dx, zero), s.select(trusted, dy, zero));
     let d_min = least(s, [a.d, b.d, c.d]);
     let origin = s.sub(s.sub(a.d, s.mul(dx, a.x)), s.mul(dy, a.y));
     // Centres of a subtile's pixels: x + 1 to x + 8, y to y + 3.
@@ -331,7 +338,8 @@ pub(crate) fn set_up<S: Simd, T: Triangles>(
     let [top, middle] = order(s, upper, middle);
     let long_slope = slope(s, top, bottom);
     let at_middle = s.add(top[0], s.mul(long_slope, s.sub(middle[1], top[1])));
-    let middle_right = s.lt(at_middle, middle[0]);
+    let by_right = s.sub(middle[0], at_middle);
+    let middle_right = s.lt(s.splat(0.0), by_right);
     let by = inward(s, long_slope, &margins);
     let long_x = s.select(middle_right, s.add(top[0], by), s.sub(top[0], by));
     let [upper_x, upper_slope] = short_edge(s, top, middle, middle_right, &margins);
@@ -348,7 +356,9 @@ pub(crate) fn set_up<S: Simd, T: Triangles>(
     let some = s.both(s.gt_i(end_row, first_row), s.gt_i(end_column, first_column));
     let zero = s.splat(0.0);
     let has_area = s.lt(zero, s.abs(planes.area));
-    let mut seen = s.mask_bits(s.both(some, has_area)) & present;
+    let has_depth = s.lt(planes.least, s.splat(f32::INFINITY));
+    let seen = s.both(s.both(some, has_area), has_depth);
+    let mut seen = s.mask_bits(seen) & present;
     if view.cull_back_faces {
         seen &= s.mask_bits(s.lt(planes.area, zero));
     }
@@ -360,7 +370,6 @@ pub(crate) fn set_up<S: Simd, T: Triangles>(
         ready: seen & !any_near & inside_guard,
         to_clip: (any_near & !all_near & present) | (seen & !any_near & !inside_guard),
     };
-    let right = s.select_i(middle_right, s.splat_i(1), s.splat_i(0));
     let values = [
         s.bits(long_x),
         s.bits(long_slope),
@@ -370,7 +379,7 @@ pub(crate) fn set_up<S: Simd, T: Triangles>(
         s.bits(lower_slope),
         s.bits(top[1]),
         s.bits(middle[1]),
-        right,
+        s.bits(by_right),
         s.bits(planes.dx),
         s.bits(planes.dy),
         s.bits(planes.least_corner),

@@ -6,6 +6,8 @@
 //! results on every instruction set: all operations are IEEE single operations in the same order, nothing is
 //! fused, and [`Simd::min`] and [`Simd::max`] are defined by a comparison.
 
+use bytemuck::Pod;
+
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
@@ -29,9 +31,13 @@ pub(crate) trait Simd: Copy {
     type I: Copy;
     /// One truth value per lane.
     type M: Copy;
+    /// A vector in memory: `[u32; LANES]`.
+    type Words: Pod + AsRef<[u32]> + AsMut<[u32]>;
 
     fn splat(self, value: f32) -> Self::F;
     fn splat_i(self, value: i32) -> Self::I;
+    /// Lane `i` is `four[i % 4]`.
+    fn repeat_four(self, four: &[f32; 4]) -> Self::F;
     /// 0, 1, 2, ...
     fn lane_index(self) -> Self::I;
 
@@ -47,7 +53,7 @@ pub(crate) trait Simd: Copy {
     /// False where either is NaN.
     fn lt(self, a: Self::F, b: Self::F) -> Self::M;
 
-    /// Rounds toward zero. Every lane is within ±2^31 and not NaN.
+    /// Rounds toward zero. No lane is NaN or -2^31 or below; what is too large becomes `2^31 - 1` or more as u32.
     fn to_int(self, a: Self::F) -> Self::I;
     fn to_float(self, a: Self::I) -> Self::F;
     /// The same bits.
@@ -58,14 +64,15 @@ pub(crate) trait Simd: Copy {
     fn add_i(self, a: Self::I, b: Self::I) -> Self::I;
     fn min_i(self, a: Self::I, b: Self::I) -> Self::I;
     fn max_i(self, a: Self::I, b: Self::I) -> Self::I;
-    /// `max(a - b, 0)`. Every lane of both is within `0..65536`.
+    /// The least as u32.
+    fn min_u(self, a: Self::I, b: Self::I) -> Self::I;
+    /// `max(a - b, 0)` as u32, if `b` is within `0..65536`; where `a` is not, anything from 65536.
     fn sub_saturating(self, a: Self::I, b: Self::I) -> Self::I;
     fn and(self, a: Self::I, b: Self::I) -> Self::I;
     fn or(self, a: Self::I, b: Self::I) -> Self::I;
-    fn xor(self, a: Self::I, b: Self::I) -> Self::I;
     /// `a & !b`.
     fn and_not(self, a: Self::I, b: Self::I) -> Self::I;
-    /// `a << count`, and 0 where `count` is 32 or more. No `count` is negative.
+    /// `a << count`, and 0 where `count` is 32 or more as u32.
     fn shl(self, a: Self::I, count: Self::I) -> Self::I;
     fn eq_i(self, a: Self::I, b: Self::I) -> Self::M;
     fn gt_i(self, a: Self::I, b: Self::I) -> Self::M;
@@ -78,6 +85,8 @@ pub(crate) trait Simd: Copy {
     fn keep(self, mask: Self::M, a: Self::I) -> Self::I;
     /// `mask ? 0 : a`
     fn drop(self, mask: Self::M, a: Self::I) -> Self::I;
+    /// `mask ? !0 : a`
+    fn fill(self, mask: Self::M, a: Self::I) -> Self::I;
     fn both(self, a: Self::M, b: Self::M) -> Self::M;
     fn either(self, a: Self::M, b: Self::M) -> Self::M;
     /// `a & !b`.

@@ -1,5 +1,6 @@
 //! AVX2: 8 lanes.
 
+use std::arch::asm;
 use std::arch::x86_64::*;
 
 use super::{Kernel, Rows, Simd};
@@ -30,6 +31,7 @@ impl Simd for Avx2 {
     type I = __m256i;
     /// All bits or none.
     type M = __m256i;
+    type Words = [u32; 8];
     #[inline(always)]
     fn splat(self, value: f32) -> Self::F {
         // SAFETY: `self` proves that the CPU has the instructions.
@@ -101,6 +103,11 @@ impl Simd for Avx2 {
         unsafe { _mm256_min_epi32(a, b) }
     }
     #[inline(always)]
+    fn min_u(self, a: Self::I, b: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm256_min_epu32(a, b) }
+    }
+    #[inline(always)]
     fn sub_saturating(self, a: Self::I, b: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm256_subs_epu16(a, b) }
@@ -121,11 +128,6 @@ impl Simd for Avx2 {
         unsafe { _mm256_max_epi32(a, b) }
     }
     #[inline(always)]
-    fn xor(self, a: Self::I, b: Self::I) -> Self::I {
-        // SAFETY: `self` proves that the CPU has the instructions.
-        unsafe { _mm256_xor_si256(a, b) }
-    }
-    #[inline(always)]
     fn and_not(self, a: Self::I, b: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm256_andnot_si256(b, a) }
@@ -133,7 +135,12 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn shl(self, a: Self::I, count: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
-        unsafe { _mm256_sllv_epi32(a, count) }
+        unsafe { shift_left(a, count) }
+    }
+    #[inline(always)]
+    fn repeat_four(self, four: &[f32; 4]) -> Self::F {
+        // SAFETY: 16 readable bytes, no alignment asked; `self` proves that the CPU has the instructions.
+        unsafe { _mm256_broadcast_ps(&_mm_loadu_ps(four.as_ptr())) }
     }
     #[inline(always)]
     fn lane_index(self) -> Self::I {
@@ -179,6 +186,11 @@ impl Simd for Avx2 {
     fn drop(self, mask: Self::M, a: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm256_andnot_si256(mask, a) }
+    }
+    #[inline(always)]
+    fn fill(self, mask: Self::M, a: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm256_or_si256(a, mask) }
     }
     #[inline(always)]
     fn both(self, a: Self::M, b: Self::M) -> Self::M {
@@ -253,4 +265,23 @@ unsafe fn pair(rows: &impl Rows, i: usize) -> __m256 {
         let low = _mm256_castps128_ps256(_mm_loadu_ps(rows.row(i).as_ptr()));
         _mm256_insertf128_ps::<1>(low, _mm_loadu_ps(rows.row(i + 4).as_ptr()))
     }
+}
+
+/// [`Simd::shl`]. The intrinsic is a shift, a comparison and a selection to the compiler, which finds its way back to
+/// the one instruction only from some expressions.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn shift_left(a: __m256i, count: __m256i) -> __m256i {
+    let shifted;
+    // SAFETY: registers to a register, nothing else; the CPU has the instruction where this function may be called.
+    unsafe {
+        asm!(
+            "vpsllvd {shifted}, {a}, {count}",
+            shifted = lateout(ymm_reg) shifted,
+            a = in(ymm_reg) a,
+            count = in(ymm_reg) count,
+            options(pure, nomem, nostack, preserves_flags),
+        );
+    }
+    shifted
 }

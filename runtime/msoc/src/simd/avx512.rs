@@ -1,5 +1,6 @@
 //! AVX-512: 16 lanes.
 
+use std::arch::asm;
 use std::arch::x86_64::*;
 
 use super::{Kernel, Rows, Simd};
@@ -33,6 +34,7 @@ impl Simd for Avx512 {
     type F = __m512;
     type I = __m512i;
     type M = __mmask16;
+    type Words = [u32; 16];
     #[inline(always)]
     fn splat(self, value: f32) -> Self::F {
         // SAFETY: `self` proves that the CPU has the instructions.
@@ -104,6 +106,11 @@ impl Simd for Avx512 {
         unsafe { _mm512_min_epi32(a, b) }
     }
     #[inline(always)]
+    fn min_u(self, a: Self::I, b: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm512_min_epu32(a, b) }
+    }
+    #[inline(always)]
     fn sub_saturating(self, a: Self::I, b: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm512_subs_epu16(a, b) }
@@ -124,11 +131,6 @@ impl Simd for Avx512 {
         unsafe { _mm512_max_epi32(a, b) }
     }
     #[inline(always)]
-    fn xor(self, a: Self::I, b: Self::I) -> Self::I {
-        // SAFETY: `self` proves that the CPU has the instructions.
-        unsafe { _mm512_xor_si512(a, b) }
-    }
-    #[inline(always)]
     fn and_not(self, a: Self::I, b: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm512_andnot_si512(b, a) }
@@ -136,7 +138,12 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn shl(self, a: Self::I, count: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
-        unsafe { _mm512_sllv_epi32(a, count) }
+        unsafe { shift_left(a, count) }
+    }
+    #[inline(always)]
+    fn repeat_four(self, four: &[f32; 4]) -> Self::F {
+        // SAFETY: 16 readable bytes, no alignment asked; `self` proves that the CPU has the instructions.
+        unsafe { _mm512_broadcast_f32x4(_mm_loadu_ps(four.as_ptr())) }
     }
     #[inline(always)]
     fn lane_index(self) -> Self::I {
@@ -183,6 +190,11 @@ impl Simd for Avx512 {
     fn drop(self, mask: Self::M, a: Self::I) -> Self::I {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm512_maskz_mov_epi32(!mask, a) }
+    }
+    #[inline(always)]
+    fn fill(self, mask: Self::M, a: Self::I) -> Self::I {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm512_mask_blend_epi32(mask, a, _mm512_set1_epi32(-1)) }
     }
     #[inline(always)]
     fn both(self, a: Self::M, b: Self::M) -> Self::M {
@@ -258,4 +270,23 @@ unsafe fn four(rows: &impl Rows, i: usize) -> __m512 {
         let a = _mm512_insertf32x4::<2>(a, _mm_loadu_ps(rows.row(i + 8).as_ptr()));
         _mm512_insertf32x4::<3>(a, _mm_loadu_ps(rows.row(i + 12).as_ptr()))
     }
+}
+
+/// [`Simd::shl`]. The intrinsic is a shift, a comparison and a selection to the compiler, which finds its way back to
+/// the one instruction only from some expressions.
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn shift_left(a: __m512i, count: __m512i) -> __m512i {
+    let shifted;
+    // SAFETY: registers to a register, nothing else; the CPU has the instruction where this function may be called.
+    unsafe {
+        asm!(
+            "vpsllvd {shifted}, {a}, {count}",
+            shifted = lateout(zmm_reg) shifted,
+            a = in(zmm_reg) a,
+            count = in(zmm_reg) count,
+            options(pure, nomem, nostack, preserves_flags),
+        );
+    }
+    shifted
 }

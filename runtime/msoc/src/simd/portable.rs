@@ -20,6 +20,7 @@ impl Simd for Portable {
     type I = [i32; N];
     /// All bits or none.
     type M = [i32; N];
+    type Words = [u32; N];
 
     #[inline(always)]
     fn splat(self, value: f32) -> Self::F {
@@ -28,6 +29,10 @@ impl Simd for Portable {
     #[inline(always)]
     fn splat_i(self, value: i32) -> Self::I {
         [value; N]
+    }
+    #[inline(always)]
+    fn repeat_four(self, four: &[f32; 4]) -> Self::F {
+        from_fn(|i| four[i % 4])
     }
     #[inline(always)]
     fn lane_index(self) -> Self::I {
@@ -94,6 +99,10 @@ impl Simd for Portable {
         zip(a, b, i32::max)
     }
     #[inline(always)]
+    fn min_u(self, a: Self::I, b: Self::I) -> Self::I {
+        zip(a, b, |a, b| (a as u32).min(b as u32) as i32)
+    }
+    #[inline(always)]
     fn sub_saturating(self, a: Self::I, b: Self::I) -> Self::I {
         zip(a, b, |a, b| (a - b).max(0))
     }
@@ -104,10 +113,6 @@ impl Simd for Portable {
     #[inline(always)]
     fn or(self, a: Self::I, b: Self::I) -> Self::I {
         zip(a, b, |a, b| a | b)
-    }
-    #[inline(always)]
-    fn xor(self, a: Self::I, b: Self::I) -> Self::I {
-        zip(a, b, |a, b| a ^ b)
     }
     #[inline(always)]
     fn and_not(self, a: Self::I, b: Self::I) -> Self::I {
@@ -152,6 +157,10 @@ impl Simd for Portable {
     #[inline(always)]
     fn drop(self, mask: Self::M, a: Self::I) -> Self::I {
         self.and_not(a, mask)
+    }
+    #[inline(always)]
+    fn fill(self, mask: Self::M, a: Self::I) -> Self::I {
+        self.or(a, mask)
     }
     #[inline(always)]
     fn both(self, a: Self::M, b: Self::M) -> Self::M {
