@@ -8,7 +8,7 @@ use crate::split::EqualCount;
 
 /// The tree whose nodes are, depth first, those of `sequence`: the object of a leaf, `None` for an inner
 /// node, whose two children follow it. Every object of `bounds` must be there once. Boxes are computed
-/// anew from `bounds`, and subtrees that reach deeper than [`max_depth`] are rebuilt by halving.
+/// anew from `bounds`, and subtrees that reach deeper than `max_depth` are rebuilt by halving.
 ///
 /// # Panics
 /// If `sequence` is no such tree.
