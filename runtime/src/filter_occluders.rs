@@ -2,21 +2,51 @@
 
 use crate::draw::Targets;
 use crate::gpu;
-use crate::pipelines::Pipelines;
+use crate::scene::Scene;
 
 /// The pipeline; one per device.
 #[derive(Clone, Debug)]
-pub struct FilterOccluders {
+struct Filter {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
 }
 
+/// The stage over one scene.
+#[derive(Debug)]
+pub struct FilterOccluders {
+    filter: Filter,
+    limits: wgpu::Buffer,
+}
+
 impl FilterOccluders {
-    /// The pipeline of the device whose pipelines these are.
-    pub fn of(device: &wgpu::Device, pipelines: &Pipelines) -> Self {
-        pipelines.get("filter_occluders", || Self::new(device))
+    /// For `scene`.
+    pub fn new(device: &wgpu::Device, scene: &Scene) -> Self {
+        let limits = [scene.shape.object_count, 0, 0, 0];
+        Self {
+            filter: (scene.profile.pipelines).get("filter_occluders", || Filter::new(device)),
+            limits: gpu::uniform(device, "object count", bytemuck::bytes_of(&limits)),
+        }
     }
 
+    /// Makes `visible` (one bit per object) the set of the scene's ids in the item buffer.
+    pub fn record(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        targets: &Targets<'_>,
+        visible: &wgpu::Buffer,
+    ) {
+        self.filter
+            .record(device, encoder, targets, visible, &self.limits);
+    }
+
+    /// GPU memory, bytes.
+    pub fn memory_bytes(&self) -> u64 {
+        self.limits.size()
+    }
+}
+
+impl Filter {
     fn new(device: &wgpu::Device) -> Self {
         let module = gpu::shader(device, "filter_occluders");
         let texture = wgpu::BindGroupLayoutEntry {
@@ -53,9 +83,8 @@ impl FilterOccluders {
         }
     }
 
-    /// Makes `visible` (one bit per object) the set of ids in the item buffer that are below the object
-    /// count in `limits`.
-    pub fn record(
+    /// Ids from the object count in `limits` up are left out.
+    fn record(
         &self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,

@@ -150,7 +150,6 @@ pub struct Hroc {
     options: HrocOptions,
     mutant: Mutant,
     frame: wgpu::Buffer,
-    limits: wgpu::Buffer,
     effective_occluders: wgpu::Buffer,
     potentially_visible: wgpu::Buffer,
     visible: wgpu::Buffer,
@@ -181,11 +180,6 @@ impl Hroc {
         let set = |label| words(label, shape.object_words());
         let node_set = |label| words(label, shape.node_count().div_ceil(32));
         let frame = gpu::uniform(device, "frame", &[0; size_of::<FrameUniform>()]);
-        let limits = gpu::uniform(
-            device,
-            "object count",
-            bytes_of(&[shape.object_count, 0, 0, 0]),
-        );
         let effective_occluders = set("effective_occluders");
         let potentially_visible = set("potentially_visible");
         let visible = set("visible");
@@ -232,7 +226,7 @@ impl Hroc {
         let marks = (!options.mode.filters_occluders()).then(|| MarkBuffers::new(device, &visible));
         let counters = (options.mode.limits() != Limits::Capacity).then(|| Counters::new(device));
         Self {
-            filter: FilterOccluders::of(device, pipelines),
+            filter: FilterOccluders::new(device, scene),
             extract: ExtractGroups::new(
                 device,
                 pipelines,
@@ -249,7 +243,6 @@ impl Hroc {
             options,
             mutant,
             frame,
-            limits,
             effective_occluders,
             potentially_visible,
             visible,
@@ -376,13 +369,8 @@ impl CullingMethod for Hroc {
                 let size = self.visible.size();
                 encoder.copy_buffer_to_buffer(&self.visible, 0, &self.effective_occluders, 0, size);
             } else {
-                self.filter.record(
-                    device,
-                    encoder,
-                    &targets,
-                    &self.effective_occluders,
-                    &self.limits,
-                );
+                self.filter
+                    .record(device, encoder, &targets, &self.effective_occluders);
             }
         });
         frame.stage(Stage::EXTRACT_GROUPS, |encoder| {
@@ -452,8 +440,7 @@ impl CullingMethod for Hroc {
         }
         if marks.is_none() {
             frame.stage(Stage::FILTER_OCCLUDERS, |encoder| {
-                self.filter
-                    .record(device, encoder, &targets, &self.visible, &self.limits);
+                self.filter.record(device, encoder, &targets, &self.visible);
             });
         }
         if frame.scene.has_blended {
@@ -503,7 +490,6 @@ impl CullingMethod for Hroc {
     fn memory_bytes(&self) -> u64 {
         let buffers = [
             &self.frame,
-            &self.limits,
             &self.effective_occluders,
             &self.potentially_visible,
             &self.visible,
@@ -516,6 +502,7 @@ impl CullingMethod for Hroc {
         ];
         let lists = [&self.occluder_list, &self.occludee_list, &self.blended_list];
         buffers.iter().map(|buffer| buffer.size()).sum::<u64>()
+            + self.filter.memory_bytes()
             + lists.iter().map(|list| list.memory_bytes()).sum::<u64>()
             + self.marks.as_ref().map_or(0, MarkBuffers::memory_bytes)
     }

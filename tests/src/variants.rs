@@ -127,6 +127,11 @@ fn made(
                     recorded: &Recorded::default(),
                     count_work: false,
                 });
+                assert_eq!(
+                    made.name(),
+                    method.name,
+                    "the registry makes another method"
+                );
                 let name = format!(
                     "{} {} {} {} {} {}",
                     method.name,

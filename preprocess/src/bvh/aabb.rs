@@ -123,8 +123,7 @@ impl ObjectBox {
         self.tagged_id ^ Self::TAG
     }
 
-    /// The object's bounds as they were before they were scaled, if the scale is
-    /// exact.
+    /// The object's bounds as they were before they were scaled, if the scale is exact.
     #[inline]
     pub fn unscaled(&self, scale: Scale) -> Bounds {
         Bounds {

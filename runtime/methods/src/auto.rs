@@ -8,8 +8,7 @@
 mod chooser;
 
 use hroc_format::ArchivedScene;
-use hroc_runtime::gpu;
-use hroc_runtime::twin::bounds::nearest_along;
+use hroc_runtime::twin::bounds::{in_frustum, nearest_along};
 use hroc_runtime::{
     CameraError, Counters, CullingMethod, DepthConvention, Drawer, FilterOccluders, FrameContext,
     FrameUniform, HostSync, Hroc, HrocOptions, Scene, Sets, Stage, Tree,
@@ -36,7 +35,6 @@ pub struct Auto {
     groups: Hroc,
     leaves: PrerejectedOcclusionCulling,
     filter: FilterOccluders,
-    limits: wgpu::Buffer,
     counters: Counters<2>,
     /// Of the frames whose counters are under way: the objects in view then, or now.
     objects_in_view: f64,
@@ -53,7 +51,6 @@ impl Auto {
         hardware: HardwareTimes,
     ) -> Self {
         let host_tree = HostTree::new(baked, &tree.split);
-        let limits = [scene.shape.object_count, 0, 0, 0];
         Self {
             chooser: Chooser::new(),
             contents: Contents::new(baked, &host_tree),
@@ -62,8 +59,7 @@ impl Auto {
             frustum: ViewFrustumCulling::flat(device, scene, options.depth),
             groups: Hroc::new(device, scene, tree, options),
             leaves: PrerejectedOcclusionCulling::new(device, scene, options.depth),
-            filter: FilterOccluders::of(device, &scene.profile.pipelines),
-            limits: gpu::uniform(device, "object count", bytemuck::bytes_of(&limits)),
+            filter: FilterOccluders::new(device, scene),
             counters: Counters::new(device),
             objects_in_view: 0.0,
         }
@@ -83,26 +79,23 @@ impl Auto {
         let mut n = 0;
         while n < count {
             let skip = tree.nodes[n as usize].skip;
-            let placement = tree.placement(uniform, n);
-            let is_leaf = tree.is_leaf(n);
-            let area_px = match placement {
-                Placement::Outside => {
-                    n = skip;
-                    continue;
-                }
-                Placement::Open => pixels,
-                Placement::Box { area_px } => f64::from(area_px).min(pixels),
-            };
             let bounds = tree.padded(uniform, n);
-            let planes = uniform.planes.iter();
-            let nearest = planes.map(|plane| nearest_along((*plane).into(), bounds));
-            let is_inside = nearest.fold(f32::INFINITY, f32::min) >= 0.0;
-            let is_small = tree.leaf_count(n) <= grain;
-            if !(is_leaf || is_inside || is_small) {
+            if !in_frustum(uniform, bounds) {
+                n = skip;
+                continue;
+            }
+            let mut planes = uniform.planes.iter();
+            let is_whole = tree.is_leaf(n)
+                || planes.all(|plane| nearest_along((*plane).into(), bounds) >= 0.0);
+            if !is_whole && tree.leaf_count(n) > grain {
                 n += 1;
                 continue;
             }
-            let share = if is_leaf || is_inside { 1.0 } else { 0.5 };
+            let area_px = match tree.placement(uniform, n) {
+                Placement::Box { area_px } => f64::from(area_px).min(pixels),
+                Placement::Open | Placement::Outside => pixels,
+            };
+            let share = if is_whole { 1.0 } else { 0.5 };
             let objects = share * f64::from(tree.leaf_count(n));
             found.objects += objects;
             found.geometry_ms += objects * self.hardware.draw_ms
@@ -178,7 +171,7 @@ impl CullingMethod for Auto {
             let (device, targets) = (frame.device, frame.targets);
             let [groups, leaves] = [Arm::Groups, Arm::Leaves].map(|arm| self.visible(arm));
             frame.stage(Stage::FILTER_OCCLUDERS, |encoder| {
-                (self.filter).record(device, encoder, &targets, groups, &self.limits);
+                (self.filter).record(device, encoder, &targets, groups);
                 encoder.copy_buffer_to_buffer(groups, 0, leaves, 0, groups.size());
             });
         }

@@ -1,7 +1,7 @@
 //! The farthest depth of ever larger squares of a depth buffer, and the test of objects against it.
 
 use hroc_runtime::gpu::{self, Access};
-use hroc_runtime::{DepthConvention, Kernel, Scene, Stage};
+use hroc_runtime::{DepthConvention, FrameContext, Kernel, Scene, Stage};
 
 use crate::view::View;
 
@@ -149,6 +149,33 @@ impl HizTest {
         let mut pass = gpu::compute_pass(encoder, "hiz_test");
         self.kernel
             .dispatch(&mut pass, gpu::grid(self.object_count, 64));
+    }
+}
+
+/// The test of every object's box against a pyramid over the whole image, of the size that the targets have.
+#[derive(Debug, Default)]
+pub(crate) struct FullResolutionTest(Option<(DepthPyramid, HizTest)>);
+
+impl FullResolutionTest {
+    /// Makes the pyramid of the depth so far and tests against it. `found` is the same in every frame.
+    pub fn record(&mut self, frame: &mut FrameContext<'_>, view: &View, found: &wgpu::Buffer) {
+        let (device, targets, scene) = (frame.device, frame.targets, frame.scene);
+        self.0.take_if(|(pyramid, _)| pyramid.size != targets.size);
+        let (pyramid, test) = self.0.get_or_insert_with(|| {
+            let pyramid = DepthPyramid::new(device, scene, view.depth, targets.size);
+            let test = HizTest::new(device, scene, view, &pyramid, found, Projected::Box);
+            (pyramid, test)
+        });
+        frame.stage(DEPTH_PYRAMID, |encoder| {
+            pyramid.copy(device, encoder, targets.depth);
+            pyramid.reduce(encoder);
+        });
+        frame.stage(HIZ_TEST, |encoder| test.record(encoder));
+    }
+
+    pub fn memory_bytes(&self) -> u64 {
+        let sized = self.0.as_ref();
+        sized.map_or(0, |(pyramid, _)| pyramid.memory_bytes())
     }
 }
 

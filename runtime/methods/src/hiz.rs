@@ -36,7 +36,6 @@ pub struct HierarchicalZ {
     pyramid: DepthPyramid,
     test: HizTest,
     filter: FilterOccluders,
-    limits: wgpu::Buffer,
 }
 
 impl HierarchicalZ {
@@ -80,14 +79,12 @@ impl HierarchicalZ {
             view_formats: &[],
         });
         let pyramid = DepthPyramid::new(device, scene, depth, [side; 2]);
-        let limits = [scene.shape.object_count, 0, 0, 0];
         Self {
             occluders: PackedList::new(device, scene, &visible, &scene.opaque),
             group: gpu::buffer_group(device, "hiz", &layout, &[&view.frame, &scene.objects]),
             depth_buffer: depth_buffer.create_view(&Default::default()),
             test: HizTest::new(device, scene, &view, &pyramid, &drawn.members, projected),
-            filter: FilterOccluders::of(device, pipelines),
-            limits: gpu::uniform(device, "object count", bytemuck::bytes_of(&limits)),
+            filter: FilterOccluders::new(device, scene),
             visible,
             pipeline,
             pyramid,
@@ -182,7 +179,7 @@ impl CullingMethod for HierarchicalZ {
         frame.stage(HIZ_TEST, |encoder| self.test.record(encoder));
         self.drawn.draw(frame, drawer);
         frame.stage(Stage::FILTER_OCCLUDERS, |encoder| {
-            (self.filter).record(device, encoder, &targets, &self.visible, &self.limits);
+            (self.filter).record(device, encoder, &targets, &self.visible);
         });
         self.drawn.draw_blended(frame, drawer);
         Ok(())

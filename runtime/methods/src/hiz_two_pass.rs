@@ -7,13 +7,12 @@
 //! Departures: what showed last is read from the item buffer; each level of the pyramid is half the one before
 //! rounded up, so that images of any size are covered; bounds and depths are padded as everywhere.
 
-use hroc_runtime::gpu;
 use hroc_runtime::{
     CameraError, CullingMethod, DepthConvention, Drawer, FilterOccluders, FrameContext, HostSync,
     Scene, Sets, Stage,
 };
 
-use crate::depth_pyramid::{DEPTH_PYRAMID, DepthPyramid, HIZ_TEST, HizTest, Projected};
+use crate::depth_pyramid::FullResolutionTest;
 use crate::drawn_twice::DrawnTwice;
 use crate::view::View;
 
@@ -22,22 +21,18 @@ use crate::view::View;
 pub struct TwoPassHierarchicalZ {
     view: View,
     drawn: DrawnTwice,
-    /// Of the size of the last frame's targets.
-    sized: Option<(DepthPyramid, HizTest)>,
+    hiz_test: FullResolutionTest,
     filter: FilterOccluders,
-    limits: wgpu::Buffer,
 }
 
 impl TwoPassHierarchicalZ {
     /// Two-pass Hi-Z over `scene`.
     pub fn new(device: &wgpu::Device, scene: &Scene, depth: DepthConvention) -> Self {
-        let limits = [scene.shape.object_count, 0, 0, 0];
         Self {
             view: View::new(device, depth),
             drawn: DrawnTwice::new(device, scene, depth),
-            sized: None,
-            filter: FilterOccluders::of(device, &scene.profile.pipelines),
-            limits: gpu::uniform(device, "object count", bytemuck::bytes_of(&limits)),
+            hiz_test: FullResolutionTest::default(),
+            filter: FilterOccluders::new(device, scene),
         }
     }
 }
@@ -57,25 +52,13 @@ impl CullingMethod for TwoPassHierarchicalZ {
         drawer: &mut dyn Drawer,
     ) -> Result<(), CameraError> {
         self.view.begin(frame)?;
-        let (device, targets, scene) = (frame.device, frame.targets, frame.scene);
-        let (view, found) = (&self.view, &self.drawn.found);
-        self.sized
-            .take_if(|(pyramid, _)| pyramid.size != targets.size);
-        let (pyramid, test) = self.sized.get_or_insert_with(|| {
-            let pyramid = DepthPyramid::new(device, scene, view.depth, targets.size);
-            let test = HizTest::new(device, scene, view, &pyramid, found, Projected::Box);
-            (pyramid, test)
-        });
+        let (device, targets) = (frame.device, frame.targets);
         self.drawn.draw_first(frame, drawer);
-        frame.stage(DEPTH_PYRAMID, |encoder| {
-            pyramid.copy(device, encoder, targets.depth);
-            pyramid.reduce(encoder);
-        });
-        frame.stage(HIZ_TEST, |encoder| test.record(encoder));
+        self.hiz_test.record(frame, &self.view, &self.drawn.found);
         self.drawn.draw_second(frame, drawer);
         frame.stage(Stage::FILTER_OCCLUDERS, |encoder| {
             let visible = &self.drawn.visible;
-            (self.filter).record(device, encoder, &targets, visible, &self.limits);
+            (self.filter).record(device, encoder, &targets, visible);
         });
         self.drawn.draw_blended(frame, drawer);
         Ok(())
@@ -94,9 +77,6 @@ impl CullingMethod for TwoPassHierarchicalZ {
     }
 
     fn memory_bytes(&self) -> u64 {
-        let sized = self.sized.as_ref();
-        self.view.frame.size()
-            + self.drawn.memory_bytes()
-            + sized.map_or(0, |(pyramid, _)| pyramid.memory_bytes())
+        self.view.frame.size() + self.drawn.memory_bytes() + self.hiz_test.memory_bytes()
     }
 }

@@ -82,7 +82,6 @@ pub struct IterativeOcclusionCulling {
     spread: Kernel,
     iterative_test: BoxPass,
     filter: FilterOccluders,
-    limits: wgpu::Buffer,
     flagged: wgpu::Buffer,
     appended: wgpu::Buffer,
     levels: wgpu::Buffer,
@@ -183,7 +182,6 @@ impl IterativeOcclusionCulling {
         ];
         let kept = [&cut_of_object, &depth_of_node, &candidates, &boxes];
         let buffers_bytes = kept.iter().map(|buffer| buffer.size()).sum();
-        let limits = [shape.object_count, 0, 0, 0];
         Self {
             mode,
             find: [
@@ -209,8 +207,7 @@ impl IterativeOcclusionCulling {
                 &constants,
                 &rasterized,
             ),
-            filter: FilterOccluders::of(device, &scene.profile.pipelines),
-            limits: gpu::uniform(device, "object count", bytemuck::bytes_of(&limits)),
+            filter: FilterOccluders::new(device, scene),
             flagged,
             appended,
             levels,
@@ -302,7 +299,7 @@ impl CullingMethod for IterativeOcclusionCulling {
         self.drawn.draw_second(frame, drawer);
         frame.stage(Stage::FILTER_OCCLUDERS, |encoder| {
             let visible = &self.drawn.visible;
-            (self.filter).record(device, encoder, &targets, visible, &self.limits);
+            (self.filter).record(device, encoder, &targets, visible);
         });
         self.drawn.draw_blended(frame, drawer);
         Ok(())

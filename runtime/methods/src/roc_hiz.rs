@@ -12,7 +12,7 @@ use hroc_runtime::{
     Scene, Sets, Stage,
 };
 
-use crate::depth_pyramid::{DEPTH_PYRAMID, DepthPyramid, HIZ_TEST, HizTest, Projected};
+use crate::depth_pyramid::FullResolutionTest;
 use crate::drawn_twice::DrawnTwice;
 use crate::raster_test::{RasterTest, Tested};
 use crate::view::View;
@@ -24,17 +24,14 @@ pub struct PrerejectedOcclusionCulling {
     drawn: DrawnTwice,
     /// One bit per object: what the pyramid does not hide.
     candidates: wgpu::Buffer,
-    /// Of the size of the last frame's targets.
-    sized: Option<(DepthPyramid, HizTest)>,
+    hiz_test: FullResolutionTest,
     raster_test: RasterTest,
     filter: FilterOccluders,
-    limits: wgpu::Buffer,
 }
 
 impl PrerejectedOcclusionCulling {
     /// ROC behind a Hi-Z test over `scene`.
     pub fn new(device: &wgpu::Device, scene: &Scene, depth: DepthConvention) -> Self {
-        let limits = [scene.shape.object_count, 0, 0, 0];
         let (view, drawn) = (
             View::new(device, depth),
             DrawnTwice::new(device, scene, depth),
@@ -50,9 +47,8 @@ impl PrerejectedOcclusionCulling {
             view,
             drawn,
             candidates,
-            sized: None,
-            filter: FilterOccluders::of(device, &scene.profile.pipelines),
-            limits: gpu::uniform(device, "object count", bytemuck::bytes_of(&limits)),
+            hiz_test: FullResolutionTest::default(),
+            filter: FilterOccluders::new(device, scene),
         }
     }
 }
@@ -72,26 +68,14 @@ impl CullingMethod for PrerejectedOcclusionCulling {
         drawer: &mut dyn Drawer,
     ) -> Result<(), CameraError> {
         self.view.begin(frame)?;
-        let (device, targets, scene) = (frame.device, frame.targets, frame.scene);
-        let (view, candidates) = (&self.view, &self.candidates);
-        self.sized
-            .take_if(|(pyramid, _)| pyramid.size != targets.size);
-        let (pyramid, test) = self.sized.get_or_insert_with(|| {
-            let pyramid = DepthPyramid::new(device, scene, view.depth, targets.size);
-            let test = HizTest::new(device, scene, view, &pyramid, candidates, Projected::Box);
-            (pyramid, test)
-        });
+        let (device, targets) = (frame.device, frame.targets);
         self.drawn.draw_first(frame, drawer);
-        frame.stage(DEPTH_PYRAMID, |encoder| {
-            pyramid.copy(device, encoder, targets.depth);
-            pyramid.reduce(encoder);
-        });
-        frame.stage(HIZ_TEST, |encoder| test.record(encoder));
+        self.hiz_test.record(frame, &self.view, &self.candidates);
         self.raster_test.record(frame, &self.drawn.found);
         self.drawn.draw_second(frame, drawer);
         frame.stage(Stage::FILTER_OCCLUDERS, |encoder| {
             let visible = &self.drawn.visible;
-            (self.filter).record(device, encoder, &targets, visible, &self.limits);
+            (self.filter).record(device, encoder, &targets, visible);
         });
         self.drawn.draw_blended(frame, drawer);
         Ok(())
@@ -113,11 +97,10 @@ impl CullingMethod for PrerejectedOcclusionCulling {
     }
 
     fn memory_bytes(&self) -> u64 {
-        let sized = self.sized.as_ref();
         self.view.frame.size()
             + self.drawn.memory_bytes()
             + self.candidates.size()
             + self.raster_test.memory_bytes()
-            + sized.map_or(0, |(pyramid, _)| pyramid.memory_bytes())
+            + self.hiz_test.memory_bytes()
     }
 }

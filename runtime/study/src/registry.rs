@@ -37,6 +37,13 @@ pub struct Parts<'a> {
     pub count_work: bool,
 }
 
+impl<'a> Parts<'a> {
+    /// The hierarchy, for a method that uses one.
+    fn tree(&self) -> &'a Tree {
+        self.tree.expect("uses_tree is set")
+    }
+}
+
 /// Whether a method's image is that of no culling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exactness {

@@ -88,6 +88,7 @@ pub(super) struct Chooser {
     home: Arm,
     /// What draws the next frame whatever else: the arm that was handed over to.
     follows: Option<Arm>,
+    last: Option<Plan>,
     frame: u64,
     /// See [`REST`].
     rest: [i64; 3],
@@ -104,6 +105,7 @@ impl Chooser {
             samples: Default::default(),
             home: Arm::Groups,
             follows: None,
+            last: None,
             frame: 0,
             rest: [REST[0]; 3],
             credit_ms: [0.0; 3],
@@ -115,18 +117,19 @@ impl Chooser {
     /// Milliseconds that `arm` should take for what is in view; `None` before it ever drew.
     fn expected_ms(&self, arm: Arm, in_view: &InView) -> Option<f64> {
         let samples = &self.samples[arm.index()];
-        median(samples.iter().map(|sample| match arm {
-            Arm::Frustum => carried_over(sample, in_view),
-            Arm::Groups | Arm::Leaves => {
-                // Before the frustum's ever drew, nothing tells draws from overhead.
-                let all = |in_view| self.expected_ms(Arm::Frustum, in_view).unwrap_or(0.0);
-                let [then, now] = [&sample.in_view, in_view].map(all);
-                let drawn = sample.drawn.min(sample.ms / then.max(f64::MIN_POSITIVE));
-                // What comes into view is hidden for the most part, as an image holds only so much: the geometric mean
-                // of all of it and nothing.
-                let now = now.min((now * then).sqrt());
-                sample.ms + drawn * (now - then)
-            }
+        if arm == Arm::Frustum {
+            return median(samples.iter().map(|sample| carried_over(sample, in_view)));
+        }
+        // Before the frustum's ever drew, nothing tells draws from overhead.
+        let all = |in_view| self.expected_ms(Arm::Frustum, in_view).unwrap_or(0.0);
+        let now = all(in_view);
+        median(samples.iter().map(|sample| {
+            let then = all(&sample.in_view);
+            let drawn = sample.drawn.min(sample.ms / then.max(f64::MIN_POSITIVE));
+            // What comes into view is hidden for the most part, as an image holds only so much: the geometric mean
+            // of all of it and nothing.
+            let now = now.min((now * then).sqrt());
+            sample.ms + drawn * (now - then)
         }))
     }
 
@@ -174,7 +177,6 @@ impl Chooser {
         // Nobody knows what shows in the first frame, so it is the frustum's; the others follow.
         // Once more when caches and pipelines are warm.
         let first = (self.frame < 2 * COLD).then(|| Arm::ALL[(self.frame % COLD) as usize]);
-        let last = self.last_arm();
         let wanted = first.or(self.follows.take()).unwrap_or_else(|| {
             let best = self.best(&in_view);
             if best != self.home {
@@ -182,9 +184,8 @@ impl Chooser {
             }
             self.trial(&in_view).unwrap_or(self.home)
         });
-        let leaves_frustum =
-            first.is_none() && last == Some(Arm::Frustum) && wanted != Arm::Frustum;
-        let needs_handing = leaves_frustum && !self.last_handed_over();
+        let is_ignorant = |last: Plan| last.arm == Arm::Frustum && !last.hands_over;
+        let needs_handing = wanted != Arm::Frustum && self.last.is_some_and(is_ignorant);
         let plan = if needs_handing {
             self.follows = Some(wanted);
             Plan {
@@ -206,25 +207,13 @@ impl Chooser {
                 .flatten(),
         });
         self.frame += 1;
+        self.last = Some(plan);
         plan
     }
 
-    fn last(&self) -> Option<Pending> {
-        let last = self.frame.checked_sub(1)?;
-        self.pending[last as usize % LATE].filter(|pending| pending.frame == last)
-    }
-
-    fn last_arm(&self) -> Option<Arm> {
-        self.last_plan().map(|plan| plan.arm)
-    }
-
-    fn last_handed_over(&self) -> bool {
-        self.last_plan().is_some_and(|plan| plan.hands_over)
-    }
-
     /// The plan of the last frame.
-    pub fn last_plan(&self) -> Option<Plan> {
-        self.last().map(|pending| pending.plan)
+    pub const fn last_plan(&self) -> Option<Plan> {
+        self.last
     }
 
     /// Tells what share of what was in view a frame drew, one that culls.

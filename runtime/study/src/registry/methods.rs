@@ -44,7 +44,7 @@ fn hardware_times(parts: &Parts<'_>) -> HardwareTimes {
 }
 
 fn near_optimal(parts: &Parts<'_>) -> NearOptimalCulling {
-    let tree = parts.tree.expect("uses_tree is set");
+    let tree = parts.tree();
     NearOptimalCulling::new(
         parts.device,
         parts.scene,
@@ -77,7 +77,7 @@ fn hroc_options(parts: &Parts<'_>) -> HrocOptions {
 
 /// CHC, with or without what CHC++ adds.
 fn coherent(parts: &Parts<'_>, options: ChcOptions) -> CoherentCulling {
-    let tree = parts.tree.expect("uses_tree is set");
+    let tree = parts.tree();
     CoherentCulling::new(
         parts.device,
         parts.scene,
@@ -88,71 +88,54 @@ fn coherent(parts: &Parts<'_>, options: ChcOptions) -> CoherentCulling {
     )
 }
 
+/// No culling. The other methods say in what they differ: name, source and `make` always.
+const NOC: Method = Method {
+    name: "noc",
+    source: "no culling: every object is drawn; the truth for all others",
+    features: device::REQUIRED,
+    modes: &[PLAIN],
+    knobs: &[],
+    uses_tree: false,
+    groups: false,
+    is_told: false,
+    counts_work: false,
+    make: |parts| Box::new(Noc::new(parts.device, parts.scene, parts.depth)),
+};
+
 /// The registry.
 pub const METHODS: &[Method] = &[
-    Method {
-        name: "noc",
-        source: "no culling: every object is drawn; the truth for all others",
-        features: device::REQUIRED,
-        modes: &[PLAIN],
-        knobs: &[],
-        uses_tree: false,
-        groups: false,
-        is_told: false,
-        counts_work: false,
-        make: |parts| Box::new(Noc::new(parts.device, parts.scene, parts.depth)),
-    },
+    NOC,
     Method {
         name: "vfc",
         source: "view frustum culling, object by object",
-        features: device::REQUIRED,
-        modes: &[PLAIN],
-        knobs: &[],
-        uses_tree: false,
-        groups: false,
-        is_told: false,
-        counts_work: false,
         make: |parts| {
-            let Parts {
-                device,
-                scene,
-                depth,
-                ..
-            } = *parts;
-            Box::new(ViewFrustumCulling::flat(device, scene, depth))
+            Box::new(ViewFrustumCulling::flat(
+                parts.device,
+                parts.scene,
+                parts.depth,
+            ))
         },
+        ..NOC
     },
     Method {
         name: "vfc-bvh",
         source: "view frustum culling down the hierarchy (Clark 1976)",
-        features: device::REQUIRED,
-        modes: &[PLAIN],
-        knobs: &[],
         uses_tree: true,
-        groups: false,
-        is_told: false,
-        counts_work: false,
         make: |parts| {
-            let Parts {
-                device,
-                scene,
-                depth,
-                ..
-            } = *parts;
-            let tree = parts.tree.expect("uses_tree is set");
-            Box::new(ViewFrustumCulling::hierarchical(device, scene, tree, depth))
+            let tree = parts.tree();
+            Box::new(ViewFrustumCulling::hierarchical(
+                parts.device,
+                parts.scene,
+                tree,
+                parts.depth,
+            ))
         },
+        ..NOC
     },
     Method {
         name: "ref",
         source: "the ideal: what is known to show is drawn, and nothing else (recorded with no culling beforehand)",
-        features: device::REQUIRED,
-        modes: &[PLAIN],
-        knobs: &[],
-        uses_tree: false,
-        groups: false,
         is_told: true,
-        counts_work: false,
         make: |parts| {
             let recorded = parts.recorded.clone();
             Box::new(Reference::new(
@@ -162,51 +145,35 @@ pub const METHODS: &[Method] = &[
                 recorded,
             ))
         },
+        ..NOC
     },
     Method {
         name: "roc",
         source: "raster occlusion culling (Kubisch, Tavenrath, GTC 2014; Boudier, Kubisch, GTC 2015)",
-        features: device::REQUIRED,
-        modes: &[PLAIN],
-        knobs: &[],
-        uses_tree: false,
-        groups: false,
-        is_told: false,
-        counts_work: false,
         make: |parts| {
-            let Parts {
-                device,
-                scene,
-                depth,
-                ..
-            } = *parts;
-            Box::new(RasterOcclusionCulling::new(device, scene, depth))
+            Box::new(RasterOcclusionCulling::new(
+                parts.device,
+                parts.scene,
+                parts.depth,
+            ))
         },
+        ..NOC
     },
     Method {
         name: "roc-hiz",
         source: "ROC of what a depth pyramid of full resolution does not hide",
-        features: device::REQUIRED,
-        modes: &[PLAIN],
-        knobs: &[],
-        uses_tree: false,
-        groups: false,
-        is_told: false,
-        counts_work: false,
         make: |parts| {
-            let Parts {
-                device,
-                scene,
-                depth,
-                ..
-            } = *parts;
-            Box::new(PrerejectedOcclusionCulling::new(device, scene, depth))
+            Box::new(PrerejectedOcclusionCulling::new(
+                parts.device,
+                parts.scene,
+                parts.depth,
+            ))
         },
+        ..NOC
     },
     Method {
         name: "ioc",
         source: "iterative raster occlusion culling down a range of BVH depths (Lee, Lee 2020)",
-        features: device::REQUIRED,
         modes: &[
             Mode {
                 name: "indirect",
@@ -220,36 +187,32 @@ pub const METHODS: &[Method] = &[
         ],
         knobs: &[FIRST_DEPTH, DEPTHS],
         uses_tree: true,
-        groups: false,
-        is_told: false,
-        counts_work: false,
         make: |parts| {
-            let Parts {
-                device,
-                scene,
-                depth,
-                ..
-            } = *parts;
-            let tree = parts.tree.expect("uses_tree is set");
+            let tree = parts.tree();
             let mode = match parts.mode {
                 "read-back" => IocMode::ReadBack,
                 _ => IocMode::Indirect,
             };
-            let mut range = DepthRange::of(scene.shape.static_count);
+            let mut range = DepthRange::of(parts.scene.shape.static_count);
             let first = parts.knobs.get(&FIRST_DEPTH);
             if first.is_finite() {
                 range.first = first as u32;
             }
             range.count = parts.knobs.get(&DEPTHS).clamp(1.0, 64.0) as u32;
             Box::new(IterativeOcclusionCulling::new(
-                device, scene, tree, depth, mode, range,
+                parts.device,
+                parts.scene,
+                tree,
+                parts.depth,
+                mode,
+                range,
             ))
         },
+        ..NOC
     },
     Method {
         name: "hiz",
         source: "hierarchical Z with a small occluder depth (Greene, Kass, Miller 1993; Arm's Mali SDK sample)",
-        features: device::REQUIRED,
         modes: &[
             Mode {
                 name: "box",
@@ -263,49 +226,37 @@ pub const METHODS: &[Method] = &[
             },
         ],
         knobs: &[SIDE],
-        uses_tree: false,
-        groups: false,
-        is_told: false,
-        counts_work: false,
         make: |parts| {
-            let Parts {
-                device,
-                scene,
-                depth,
-                ..
-            } = *parts;
             let projected = match parts.mode {
                 "sphere" => Projected::Sphere,
                 _ => Projected::Box,
             };
             let side_px = parts.knobs.get(&SIDE) as u32;
-            Box::new(HierarchicalZ::new(device, scene, depth, side_px, projected))
+            Box::new(HierarchicalZ::new(
+                parts.device,
+                parts.scene,
+                parts.depth,
+                side_px,
+                projected,
+            ))
         },
+        ..NOC
     },
     Method {
         name: "hiz-two-pass",
         source: "two-pass hierarchical Z at full resolution (Haar, Aaltonen, SIGGRAPH 2015)",
-        features: device::REQUIRED,
-        modes: &[PLAIN],
-        knobs: &[],
-        uses_tree: false,
-        groups: false,
-        is_told: false,
-        counts_work: false,
         make: |parts| {
-            let Parts {
-                device,
-                scene,
-                depth,
-                ..
-            } = *parts;
-            Box::new(TwoPassHierarchicalZ::new(device, scene, depth))
+            Box::new(TwoPassHierarchicalZ::new(
+                parts.device,
+                parts.scene,
+                parts.depth,
+            ))
         },
+        ..NOC
     },
     Method {
         name: "woc",
         source: "warping-based occlusion culling, single layer (Lee, Kim, Eisemann, ACM TOG 37(5), 2018)",
-        features: device::REQUIRED,
         modes: &[
             Mode {
                 name: "nearest",
@@ -319,17 +270,7 @@ pub const METHODS: &[Method] = &[
             },
         ],
         knobs: &[SEEDS, STEPS],
-        uses_tree: false,
-        groups: false,
-        is_told: false,
-        counts_work: false,
         make: |parts| {
-            let Parts {
-                device,
-                scene,
-                depth,
-                ..
-            } = *parts;
             let options = WocOptions {
                 mode: match parts.mode {
                     "neighborhood" => WocMode::Neighborhood,
@@ -338,13 +279,18 @@ pub const METHODS: &[Method] = &[
                 seeds: parts.knobs.get(&SEEDS) as u32,
                 steps: parts.knobs.get(&STEPS) as u32,
             };
-            Box::new(WarpedOcclusionCulling::new(device, scene, depth, options))
+            Box::new(WarpedOcclusionCulling::new(
+                parts.device,
+                parts.scene,
+                parts.depth,
+                options,
+            ))
         },
+        ..NOC
     },
     Method {
         name: "msoc",
         source: "masked software occlusion culling on the CPU (Hasselgren, Andersson, Akenine-Möller, HPG 2016)",
-        features: device::REQUIRED,
         modes: &[
             Mode {
                 name: "inner",
@@ -363,45 +309,37 @@ pub const METHODS: &[Method] = &[
         ],
         knobs: &[OCCLUDER_TRIANGLES],
         uses_tree: true,
-        groups: false,
-        is_told: false,
-        counts_work: false,
         make: |parts| {
-            let Parts {
-                device,
-                scene,
-                baked,
-                depth,
-                ..
-            } = *parts;
             let mode = match parts.mode {
                 "paper" => MsocMode::Paper,
                 "full-resolution" => MsocMode::FullResolution,
                 _ => MsocMode::Inner,
             };
-            let split = &parts.tree.expect("uses_tree is set").split;
+            let split = &parts.tree().split;
             let triangles = parts.knobs.get(&OCCLUDER_TRIANGLES) as u64;
             Box::new(MaskedSoftware::new(
-                device, scene, baked, split, depth, mode, triangles,
+                parts.device,
+                parts.scene,
+                parts.baked,
+                split,
+                parts.depth,
+                mode,
+                triangles,
             ))
         },
+        ..NOC
     },
     Method {
         name: "chc",
         source: "coherent hierarchical culling with occlusion queries (Bittner, Wimmer, Piringer, Purgathofer, Eurographics 2004)",
-        features: device::REQUIRED,
         modes: &[WAITS],
-        knobs: &[],
         uses_tree: true,
-        groups: false,
-        is_told: false,
-        counts_work: false,
         make: |parts| Box::new(coherent(parts, ChcOptions::CHC)),
+        ..NOC
     },
     Method {
         name: "chc++",
         source: "CHC++: batches, multi-queries, random re-tests, tighter bounds (Mattausch, Bittner, Wimmer, Eurographics 2008)",
-        features: device::REQUIRED,
         modes: &[WAITS],
         knobs: &[
             BATCH,
@@ -411,9 +349,6 @@ pub const METHODS: &[Method] = &[
             TIGHTER_SURFACE,
         ],
         uses_tree: true,
-        groups: false,
-        is_told: false,
-        counts_work: false,
         make: |parts| {
             let knob = |knob| parts.knobs.get(knob);
             let options = ChcOptions {
@@ -425,35 +360,28 @@ pub const METHODS: &[Method] = &[
             };
             Box::new(coherent(parts, options))
         },
+        ..NOC
     },
     Method {
         name: "nohc",
         source: "near optimal hierarchical culling: queries where they pay (Guthe, Balázs, Klein, EGSR 2006)",
-        features: device::REQUIRED,
         modes: &[WAITS],
-        knobs: &[],
         uses_tree: true,
-        groups: false,
-        is_told: false,
-        counts_work: false,
         make: |parts| Box::new(near_optimal(parts)),
+        ..NOC
     },
     Method {
         name: "nohc-optimum",
         source: "what NOHC could reach at best: it is told what shows, and asks only where that pays",
-        features: device::REQUIRED,
         modes: &[WAITS],
-        knobs: &[],
         uses_tree: true,
-        groups: false,
         is_told: true,
-        counts_work: false,
         make: |parts| Box::new(near_optimal(parts).told(parts.recorded.clone())),
+        ..NOC
     },
     Method {
         name: "hroc",
         source: "hierarchical raster occlusion culling (Lee, Kwon, Lee, Computer Graphics Forum 40(2), 2021)",
-        features: device::REQUIRED,
         modes: &[
             hroc_mode(HrocMode::Of),
             hroc_mode(HrocMode::Na),
@@ -465,18 +393,17 @@ pub const METHODS: &[Method] = &[
         knobs: &[LATE_MARGIN, BOX_COST],
         uses_tree: true,
         groups: true,
-        is_told: false,
         counts_work: true,
         make: |parts| {
-            let tree = parts.tree.expect("uses_tree is set");
+            let tree = parts.tree();
             let options = hroc_options(parts);
             Box::new(Hroc::new(parts.device, parts.scene, tree, options))
         },
+        ..NOC
     },
     Method {
         name: "auto",
         source: "frustum culling, HROC or ROC behind a Hi-Z test, by the frame: what should take the least time",
-        features: device::REQUIRED,
         modes: &[Mode {
             host_sync: HostSync::NextFrame,
             ..PLAIN
@@ -484,18 +411,18 @@ pub const METHODS: &[Method] = &[
         knobs: &[BOX_COST],
         uses_tree: true,
         groups: true,
-        is_told: false,
-        counts_work: false,
         make: |parts| {
-            let Parts {
-                device,
-                scene,
-                baked,
-                ..
-            } = *parts;
-            let tree = parts.tree.expect("uses_tree is set");
+            let tree = parts.tree();
             let (options, hardware) = (hroc_options(parts), hardware_times(parts));
-            Box::new(Auto::new(device, scene, baked, tree, options, hardware))
+            Box::new(Auto::new(
+                parts.device,
+                parts.scene,
+                parts.baked,
+                tree,
+                options,
+                hardware,
+            ))
         },
+        ..NOC
     },
 ];
