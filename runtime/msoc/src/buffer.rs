@@ -25,18 +25,20 @@ pub(crate) struct MaskedDepth {
     /// Tiles across and down.
     pub tiles: [u32; 2],
     lanes: usize,
+    word_count: usize,
     lines: Vec<Line>,
 }
 
 impl MaskedDepth {
     pub fn new(size: [u32; 2], lanes: usize) -> Self {
         let tiles = [size[0].div_ceil(TILE_WIDTH), size[1].div_ceil(lanes as u32)];
-        let words = tiles[0] as usize * tiles[1] as usize * 3 * lanes;
+        let word_count = tiles[0] as usize * tiles[1] as usize * 3 * lanes;
         let mut buffer = Self {
             size,
             tiles,
             lanes,
-            lines: vec![Line([0; 16]); words.div_ceil(16)],
+            word_count,
+            lines: vec![Line([0; 16]); word_count.div_ceil(16)],
         };
         buffer.clear();
         buffer
@@ -52,14 +54,14 @@ impl MaskedDepth {
     }
 
     /// Tile after tile, row after row.
+    #[inline]
     pub fn words(&self) -> &[u32] {
-        &bytemuck::cast_slice(&self.lines)[..self.row_words() * self.tiles[1] as usize]
+        &bytemuck::cast_slice(&self.lines)[..self.word_count]
     }
 
     /// As [`Self::words`].
     pub fn words_mut(&mut self) -> &mut [u32] {
-        let words = self.row_words() * self.tiles[1] as usize;
-        &mut bytemuck::cast_slice_mut(&mut self.lines)[..words]
+        &mut bytemuck::cast_slice_mut(&mut self.lines)[..self.word_count]
     }
 
     /// Words of a row of tiles.

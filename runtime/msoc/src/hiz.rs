@@ -5,11 +5,11 @@ use crate::clip::Polygon;
 use crate::geometry::{Aabb, Matrix4, Occluder, Transform, compose, transform};
 use crate::msoc::{MeshError, check_indices};
 use crate::options::{Options, OptionsError};
-use crate::query::{Footprint, Rect, Visibility, hull_footprint, rect_footprint};
+use crate::query::{FindsHull, Footprint, Rect, Visibility, rect_footprint};
 use crate::raster::Events;
 use crate::rasterize::{Indexed, Triangles, Visit, for_each};
 use crate::setup::{Plane, Triangle};
-use crate::simd::{Isa, Kernel, Simd};
+use crate::simd::{Isa, Kernel, Portable, Simd};
 use crate::view::View;
 
 /// Pixels across and down per texel of the reduced buffer.
@@ -117,12 +117,13 @@ impl SoftwareHiZ {
 
     /// As [`crate::Msoc::query_rect`].
     pub fn query_rect(&self, rect: &Rect) -> Visibility {
-        self.ask(rect_footprint(&self.view, rect))
+        self.ask(rect_footprint(Portable, &self.view, rect))
     }
 
     /// As [`crate::Msoc::query_box_clip`].
     pub fn query_box_clip(&self, corners: &[[f32; 4]; 8]) -> Visibility {
-        self.ask(hull_footprint(&self.view, corners))
+        let view = &self.view;
+        self.ask(self.isa.run(FindsHull { view, corners }))
     }
 
     /// As [`crate::Msoc::query_box`].
@@ -131,7 +132,10 @@ impl SoftwareHiZ {
             .corners()
             .map(|corner| transform(clip_from_world, corner));
         let view = self.view.of_bounds(clip_from_world, bounds);
-        self.ask(hull_footprint(&view, &corners))
+        self.ask(self.isa.run(FindsHull {
+            view: &view,
+            corners: &corners,
+        }))
     }
 
     /// Nearness at a pixel.

@@ -6,7 +6,7 @@ use crate::geometry::{
 };
 use crate::options::{Depth, Mode, Options, OptionsError};
 use crate::query::{
-    Bounds, Footprint, HidesRect, Rect, Visibility, hull_footprint, pixels, rect_footprint,
+    AsksPixels, AsksRect, Bounds, FindsBounds, FindsHull, Footprint, Rect, Visibility,
 };
 use crate::rasterize::{Indexed, rasterize};
 use crate::simd::Isa;
@@ -137,13 +137,14 @@ impl Msoc {
     /// Whether a rectangle of the screen at some depth can be seen.
     #[inline]
     pub fn query_rect(&self, rect: &Rect) -> Visibility {
-        self.ask(rect_footprint(&self.view, rect))
+        let (view, buffer) = (&self.view, &self.buffer);
+        self.isa.run(AsksRect { view, buffer, rect })
     }
 
     /// Whether the hull of eight clip-space corners can be seen.
     #[inline]
     pub fn query_box_clip(&self, corners: &[[f32; 4]; 8]) -> Visibility {
-        self.ask(hull_footprint(&self.view, corners))
+        self.ask(self.hull_footprint(&self.view, corners))
     }
 
     /// Whether a box in world space can be seen.
@@ -178,7 +179,7 @@ impl Msoc {
         let corners = bounds
             .corners()
             .map(|corner| transform(clip_from_world, corner));
-        if hull_footprint(&view, &corners) == Err(Visibility::Outside) {
+        if self.hull_footprint(&view, &corners) == Err(Visibility::Outside) {
             return Visibility::Outside;
         }
         let numerator = match view.depth {
@@ -192,15 +193,16 @@ impl Msoc {
         else {
             return Visibility::Visible;
         };
-        self.ask(pixels(
-            &view,
-            &Bounds {
-                min: [round_down(x[0]), round_down(y[0])],
-                max: [round_up(x[1]), round_up(y[1])],
-                nearest: round_up(depth[1]),
-                inverse_w: round_up(inverse_w),
-            },
-        ))
+        let bounds = Bounds {
+            min: [round_down(x[0]), round_down(y[0])],
+            max: [round_up(x[1]), round_up(y[1])],
+            nearest: round_up(depth[1]),
+            inverse_w: round_up(inverse_w),
+        };
+        self.ask(self.isa.run(FindsBounds {
+            view: &view,
+            bounds: &bounds,
+        }))
     }
 
     /// The depth (nearness, see [`Depth`]) that the occluders are known to reach at a pixel at least, 0 where
@@ -226,25 +228,23 @@ impl Msoc {
             .corners()
             .map(|corner| transform(clip_from_world, corner));
         let view = self.view.of_bounds(clip_from_world, bounds);
-        let footprint = hull_footprint(&view, &corners);
+        let footprint = self.hull_footprint(&view, &corners);
         (
             footprint.map_or(f32::INFINITY, |rect| rect.nearest),
             footprint,
         )
     }
 
+    fn hull_footprint(&self, view: &View, corners: &[[f32; 4]; 8]) -> Footprint {
+        self.isa.run(FindsHull { view, corners })
+    }
+
     #[inline]
     pub(crate) fn ask(&self, footprint: Footprint) -> Visibility {
+        let buffer = &self.buffer;
         match footprint {
             Err(known) => known,
-            Ok(rect) => {
-                let buffer = &self.buffer;
-                if self.isa.run(HidesRect { buffer, rect }) {
-                    Visibility::Occluded
-                } else {
-                    Visibility::Visible
-                }
-            }
+            Ok(rect) => self.isa.run(AsksPixels { buffer, rect }),
         }
     }
 }

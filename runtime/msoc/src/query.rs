@@ -1,5 +1,7 @@
 //! Occlusion queries against the masked depth buffer.
 
+use bytemuck::Zeroable;
+
 use crate::buffer::{MaskedDepth, TILE_WIDTH};
 use crate::options::Depth;
 use crate::simd::{Kernel, Simd};
@@ -31,8 +33,8 @@ pub struct Rect {
 /// Pixels, both ends included, and nearness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PixelRect {
-    pub min: [i32; 2],
-    pub max: [i32; 2],
+    pub min: [u32; 2],
+    pub max: [u32; 2],
     pub nearest: f32,
 }
 
@@ -51,7 +53,7 @@ pub(crate) struct Bounds {
 
 /// The pixels that `bounds` touch.
 #[inline(always)]
-pub(crate) fn pixels(view: &View, bounds: &Bounds) -> Footprint {
+pub(crate) fn pixels<S: Simd>(s: S, view: &View, bounds: &Bounds) -> Footprint {
     let mut grow = 0.0;
     let mut nearest = bounds.nearest * (1.0 + 16.0 * U);
     if let Some(inner) = &view.inner {
@@ -64,34 +66,60 @@ pub(crate) fn pixels(view: &View, bounds: &Bounds) -> Footprint {
         let [factor, absolute] = inner.depth_margin(view.depth, bounds.inverse_w);
         nearest = nearest * (2.0 - factor) + absolute;
     }
-    let x = |ndc: f32| (ndc + 1.0) * view.half[0];
-    let y = |ndc: f32| (1.0 - ndc) * view.half[1];
-    let [width, height] = view.size_px;
-    let (left, right) = (x(bounds.min[0]) - grow, x(bounds.max[0]) + grow);
-    let (top, bottom) = (y(bounds.max[1]) - grow, y(bounds.min[1]) + grow);
+    // Left, bottom, right, top, with y down.
+    let ([x0, y0], [x1, y1]) = (bounds.min, bounds.max);
+    let ndc = s.mul(
+        s.repeat_four(&[x0, y0, x1, y1]),
+        s.repeat_four(&[1.0, -1.0, 1.0, -1.0]),
+    );
+    let [half_x, half_y] = view.half;
+    let edges = s.add(
+        s.mul(
+            s.add(ndc, s.splat(1.0)),
+            s.repeat_four(&[half_x, half_y, half_x, half_y]),
+        ),
+        s.repeat_four(&[-grow, grow, grow, -grow]),
+    );
     // A NaN compares false and so is never outside.
-    if right < 0.0 || left >= width || bottom < 0.0 || top >= height {
+    let zero = s.splat(0.0);
+    let [within_x, within_y] = view.within_px;
+    let within = s.repeat_four(&[within_x, within_y, within_x, within_y]);
+    let ends_before = s.mask_bits(s.lt(edges, zero)) & 0b0110;
+    let begins_beyond = s.mask_bits(s.lt(within, edges)) & 0b1001;
+    if ends_before | begins_beyond != 0 {
         return Err(Visibility::Outside);
     }
-    let inside = |v: f32, most: f32| (v.max(0.0) as i32).min(most as i32 - 1);
-    let rect = PixelRect {
-        min: [inside(left, width), inside(top, height)],
-        max: [inside(right, width), inside(bottom, height)],
-        nearest,
-    };
+    let [last_x, last_y] = view.last_px;
+    let last = s.repeat_four(&[last_x, last_y, last_x, last_y]);
+    let [left, bottom, right, top] = four(s, s.bits(edges)).map(f32::from_bits);
+    let inside = s.to_int(s.min(s.max(edges, zero), last));
+    let [min_x, max_y, max_x, min_y] = four(s, inside);
     let known = left <= right && top <= bottom && nearest < f32::INFINITY && nearest > 0.0;
     if known {
-        Ok(rect)
+        Ok(PixelRect {
+            min: [min_x, min_y],
+            max: [max_x, max_y],
+            nearest,
+        })
     } else {
         Err(Visibility::Visible)
     }
 }
 
+/// The first four lanes.
+#[inline(always)]
+fn four<S: Simd>(s: S, vector: S::I) -> [u32; 4] {
+    let mut words = S::Words::zeroed();
+    s.store(vector, words.as_mut());
+    std::array::from_fn(|lane| words.as_ref()[lane])
+}
+
 /// The pixels of a rectangle given by a caller.
 #[inline(always)]
-pub(crate) fn rect_footprint(view: &View, rect: &Rect) -> Footprint {
+pub(crate) fn rect_footprint<S: Simd>(s: S, view: &View, rect: &Rect) -> Footprint {
     let nearest = 1.0 / rect.nearest_w;
     let footprint = pixels(
+        s,
         view,
         &Bounds {
             min: rect.min,
@@ -110,7 +138,7 @@ pub(crate) fn rect_footprint(view: &View, rect: &Rect) -> Footprint {
 
 /// The pixels of the convex hull of points in clip space.
 #[inline(always)]
-pub(crate) fn hull_footprint(view: &View, corners: &[[f32; 4]]) -> Footprint {
+pub(crate) fn hull_footprint<S: Simd>(s: S, view: &View, corners: &[[f32; 4]]) -> Footprint {
     if outside_frustum(view, corners) {
         return Err(Visibility::Outside);
     }
@@ -136,7 +164,7 @@ pub(crate) fn hull_footprint(view: &View, corners: &[[f32; 4]]) -> Footprint {
         bounds.nearest = bounds.nearest.max(n * inverse_w);
         bounds.inverse_w = bounds.inverse_w.max(inverse_w);
     }
-    pixels(view, &bounds)
+    pixels(s, view, &bounds)
 }
 
 /// Whether all corners are beyond one plane of the frustum, by more than `inner` allows them to move.
@@ -163,61 +191,137 @@ fn outside_frustum(view: &View, corners: &[[f32; 4]]) -> bool {
         })
 }
 
-/// Whether the buffer hides a rectangle.
+/// Finds the pixels of a convex hull.
 #[derive(Clone, Copy)]
-pub(crate) struct HidesRect<'a> {
+pub(crate) struct FindsHull<'a> {
+    pub view: &'a View,
+    pub corners: &'a [[f32; 4]; 8],
+}
+
+impl Kernel for FindsHull<'_> {
+    type Output = Footprint;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Footprint {
+        hull_footprint(s, self.view, self.corners)
+    }
+}
+
+/// Finds the pixels of bounds.
+#[derive(Clone, Copy)]
+pub(crate) struct FindsBounds<'a> {
+    pub view: &'a View,
+    pub bounds: &'a Bounds,
+}
+
+impl Kernel for FindsBounds<'_> {
+    type Output = Footprint;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Footprint {
+        pixels(s, self.view, self.bounds)
+    }
+}
+
+/// Asks about a rectangle given by a caller.
+#[derive(Clone, Copy)]
+pub(crate) struct AsksRect<'a> {
+    pub view: &'a View,
+    pub buffer: &'a MaskedDepth,
+    pub rect: &'a Rect,
+}
+
+impl Kernel for AsksRect<'_> {
+    type Output = Visibility;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Visibility {
+        let buffer = self.buffer;
+        match rect_footprint(s, self.view, self.rect) {
+            Err(known) => known,
+            Ok(rect) => AsksPixels { buffer, rect }.run(s),
+        }
+    }
+}
+
+/// Asks about pixels.
+#[derive(Clone, Copy)]
+pub(crate) struct AsksPixels<'a> {
     pub buffer: &'a MaskedDepth,
     pub rect: PixelRect,
 }
 
-impl Kernel for HidesRect<'_> {
-    type Output = bool;
+impl Kernel for AsksPixels<'_> {
+    type Output = Visibility;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> bool {
-        let lanes = S::LANES as i32;
+    fn run<S: Simd>(self, s: S) -> Visibility {
+        if self.is_hidden(s) {
+            Visibility::Occluded
+        } else {
+            Visibility::Visible
+        }
+    }
+}
+
+/// Of a row of four subtiles, repeated for every row: those from one on, and those up to one.
+const FROM: [u32; 4] = [0xFFFF_FFFF, 0xEEEE_EEEE, 0xCCCC_CCCC, 0x8888_8888];
+const UP_TO: [u32; 4] = [0x1111_1111, 0x3333_3333, 0x7777_7777, 0xFFFF_FFFF];
+
+impl AsksPixels<'_> {
+    #[inline(always)]
+    fn is_hidden<S: Simd>(&self, s: S) -> bool {
+        let lanes = S::LANES as u32;
         let PixelRect { min, max, nearest } = self.rect;
-        let columns = self.buffer.tiles[0] as i32;
+        let columns = self.buffer.tiles[0];
         let words = self.buffer.words();
         let nearest_all = s.splat(nearest);
         // Lanes, four to a row of subtiles, whose subtiles the rectangle touches: all in the tiles between,
         // some in the first and last of each row and column.
-        let whole = TILE_WIDTH as i32;
-        let (first_column, last_column) = (min[0] / whole, max[0] / whole);
+        let (first_column, last_column) = (min[0] / TILE_WIDTH, max[0] / TILE_WIDTH);
         let (first_row, last_row) = (min[1] / lanes, max[1] / lanes);
-        let right_of = |x: i32| (0xF << ((x % whole) >> 3) & 0xF) * 0x1111_1111_u32;
-        let left_of = |x: i32| (0xF >> (3 - ((x % whole) >> 3))) * 0x1111_1111_u32;
-        let below = |y: i32| !0_u32 << (4 * ((y % lanes) >> 2));
-        let above = |y: i32| !0_u32 >> (28 - 4 * ((y % lanes) >> 2));
-        let (first_columns, last_columns) = (right_of(min[0]), left_of(max[0]));
-        let (first_rows, last_rows) = (below(min[1]), above(max[1]));
-        // Mostly the reference layer hides what is small. Without a loop, whose length nothing would predict: of four
-        // tiles, some of which may be the same.
+        let subtile = |x: u32| (x / 8 % 4) as usize;
+        let (first_columns, last_columns) = (FROM[subtile(min[0])], UP_TO[subtile(max[0])]);
+        let all = !0_u32 >> (32 - S::LANES);
+        // Four lanes for each four rows of pixels.
+        let first_rows = (!0 << (min[1] & (lanes - 4))) & all;
+        let last_rows = (!0 >> (28 - (max[1] & (lanes - 4)))) & all;
+        let tile_at = |x: u32, y: u32| &words[(y * columns + x) as usize * 3 * S::LANES..];
+        // What is small: four tiles, some of which may be the same, without a loop, whose length nothing would predict.
         if last_column - first_column < 2 && last_row - first_row < 2 {
-            let all = !0_u32 >> (32 - S::LANES);
             let [left, right] = ends(first_column == last_column, first_columns, last_columns);
-            let [top, bottom] = ends(first_row == last_row, first_rows & all, last_rows & all);
-            let mut seen = 0;
-            for (tile_y, rows) in [(first_row, top), (last_row, bottom)] {
-                for (tile_x, columns_touched) in [(first_column, left), (last_column, right)] {
-                    let tile = &words[(tile_y * columns + tile_x) as usize * 3 * S::LANES..];
-                    let hidden = s.mask_bits(s.lt(nearest_all, s.of_bits(s.load(tile))));
-                    seen |= !hidden & rows & columns_touched;
+            let [top, bottom] = ends(first_row == last_row, first_rows, last_rows);
+            let corners = [
+                (first_column, first_row, left & top),
+                (last_column, first_row, right & top),
+                (first_column, last_row, left & bottom),
+                (last_column, last_row, right & bottom),
+            ];
+            let mut seen = 0_u64;
+            for (i, (tile_x, tile_y, touched)) in corners.into_iter().enumerate() {
+                let tile = tile_at(tile_x, tile_y);
+                let hidden = s.mask_bits(s.lt(nearest_all, s.of_bits(s.load(tile))));
+                seen |= u64::from(!hidden & touched) << (i * S::LANES);
+            }
+            while seen != 0 {
+                let place = seen.trailing_zeros() as usize;
+                seen &= seen - 1;
+                let (tile_x, tile_y, _) = corners[place / S::LANES];
+                let tile = tile_at(tile_x, tile_y);
+                if self.is_seen::<S>(tile, [tile_x, tile_y], place % S::LANES) {
+                    return false;
                 }
             }
-            if seen == 0 {
-                return true;
-            }
+            return true;
         }
         for tile_y in first_row..=last_row {
-            let mut rows = !0_u32 >> (32 - S::LANES);
+            let mut rows = all;
             if tile_y == first_row {
                 rows &= first_rows;
             }
             if tile_y == last_row {
                 rows &= last_rows;
             }
-            let row = &words[(tile_y * columns) as usize * 3 * S::LANES..];
             for tile_x in first_column..=last_column {
                 let mut touched = rows;
                 if tile_x == first_column {
@@ -226,21 +330,13 @@ impl Kernel for HidesRect<'_> {
                 if tile_x == last_column {
                     touched &= last_columns;
                 }
-                let tile = &row[tile_x as usize * 3 * S::LANES..][..3 * S::LANES];
+                let tile = tile_at(tile_x, tile_y);
                 let hidden = s.mask_bits(s.lt(nearest_all, s.of_bits(s.load(tile))));
                 let mut seen = !hidden & touched;
-                // The reference layer does not hide these: perhaps the working layer does.
                 while seen != 0 {
                     let lane = seen.trailing_zeros() as usize;
                     seen &= seen - 1;
-                    let corner = [
-                        tile_x * TILE_WIDTH as i32 + 8 * (lane as i32 & 3),
-                        tile_y * lanes + (lane as i32 & !3),
-                    ];
-                    let asked = subtile_mask(&self.rect, corner);
-                    let working = f32::from_bits(tile[S::LANES + lane]);
-                    let open = tile[2 * S::LANES + lane];
-                    if asked & open != 0 || nearest >= working {
+                    if self.is_seen::<S>(tile, [tile_x, tile_y], lane) {
                         return false;
                     }
                 }
@@ -248,20 +344,33 @@ impl Kernel for HidesRect<'_> {
         }
         true
     }
+
+    /// Whether the working layer of a subtile, whose reference layer hides nothing, leaves the rectangle to be seen.
+    #[inline(always)]
+    fn is_seen<S: Simd>(&self, tile: &[u32], [tile_x, tile_y]: [u32; 2], lane: usize) -> bool {
+        let corner = [
+            tile_x * TILE_WIDTH + 8 * (lane as u32 & 3),
+            tile_y * S::LANES as u32 + (lane as u32 & !3),
+        ];
+        let asked = subtile_mask(&self.rect, corner);
+        let working = f32::from_bits(tile[S::LANES + lane]);
+        let open = tile[2 * S::LANES + lane];
+        asked & open != 0 || self.rect.nearest >= working
+    }
 }
 
-/// What is touched in the first and last tile along an axis, which may be the same.
+/// What is touched in the first and last tile along an axis: nothing in the last if it is the first.
 #[inline(always)]
 fn ends(same: bool, first: u32, last: u32) -> [u32; 2] {
     let both = first & last;
-    if same { [both, both] } else { [first, last] }
+    if same { [both, 0] } else { [first, last] }
 }
 
 /// The pixels of a rectangle in the subtile at `corner`, which it touches.
 #[inline(always)]
-fn subtile_mask(rect: &PixelRect, corner: [i32; 2]) -> u32 {
-    let first = |axis: usize| (rect.min[axis] - corner[axis]).max(0) as u32;
-    let last = |axis: usize, most: i32| (rect.max[axis] - corner[axis]).min(most) as u32;
+fn subtile_mask(rect: &PixelRect, corner: [u32; 2]) -> u32 {
+    let first = |axis: usize| rect.min[axis].saturating_sub(corner[axis]);
+    let last = |axis: usize, most: u32| (rect.max[axis] - corner[axis]).min(most);
     let row = (0xFF << first(0) & 0xFF) & (0xFF >> (7 - last(0, 7)));
     let rows = (!0 << (8 * first(1))) & (!0 >> (8 * (3 - last(1, 3))));
     (row * 0x0101_0101) & rows

@@ -2,6 +2,7 @@
 
 use crate::options::{Mode, Options};
 use crate::query::{Footprint, Rect, Visibility, hull_footprint, rect_footprint};
+use crate::simd::Portable;
 use crate::view::View;
 
 /// One nearness per pixel, f64.
@@ -166,14 +167,14 @@ impl Reference {
     /// As [`crate::Msoc::query_rect`].
     pub fn query_rect(&self, rect: &Rect) -> Visibility {
         let nearest = 1.0 / f64::from(rect.nearest_w);
-        self.ask(rect_footprint(&self.view, rect), nearest)
+        self.ask(rect_footprint(Portable, &self.view, rect), nearest)
     }
 
     /// As [`crate::Msoc::query_box_clip`].
     pub fn query_box_clip(&self, corners: &[[f32; 4]; 8]) -> Visibility {
         let nearness = |c: &[f32; 4]| f64::from(self.view.numerator(*c)) / f64::from(c[3]);
         let nearest = corners.iter().map(nearness).fold(0.0, f64::max);
-        self.ask(hull_footprint(&self.view, corners), nearest)
+        self.ask(hull_footprint(Portable, &self.view, corners), nearest)
     }
 
     fn ask(&self, footprint: Footprint, nearest: f64) -> Visibility {

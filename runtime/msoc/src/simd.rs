@@ -18,7 +18,7 @@ mod portable;
 use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 use avx512::Avx512;
-use portable::Portable;
+pub(crate) use portable::Portable;
 
 /// Vectors of `LANES` lanes of 32 bits. A value of an implementing type is the proof that the CPU has the
 /// instructions.

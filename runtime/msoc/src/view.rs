@@ -20,6 +20,10 @@ pub(crate) const LEAST_W: f32 = 1e-30;
 pub(crate) struct View {
     pub size: [u32; 2],
     pub size_px: [f32; 2],
+    /// The greatest coordinates that are less than the size.
+    pub within_px: [f32; 2],
+    /// Coordinates of the last column and row.
+    pub last_px: [f32; 2],
     pub half: [f32; 2],
     pub centre: [f32; 2],
     pub depth: Depth,
@@ -45,6 +49,8 @@ impl View {
         Self {
             size,
             size_px,
+            within_px: size_px.map(f32::next_down),
+            last_px: size_px.map(|size| size - 1.0),
             half,
             centre: [half[0] + 0.5, half[1] - 0.5],
             depth: options.depth,
