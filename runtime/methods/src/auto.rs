@@ -72,10 +72,8 @@ impl Auto {
         let grain = count / GRAIN;
         let pixels = f64::from(uniform.size[0]) * f64::from(uniform.size[1]);
         // Whatever is drawn, the image is there.
-        let mut found = InView {
-            fragments: pixels,
-            ..InView::default()
-        };
+        let mut fragments = pixels;
+        let mut found = InView::default();
         let mut n = 0;
         while n < count {
             let skip = tree.nodes[n as usize].skip;
@@ -100,9 +98,10 @@ impl Auto {
             found.objects += objects;
             found.geometry_ms += objects * self.hardware.draw_ms
                 + share * contents.triangles(tree, n) * self.hardware.triangle_ms;
-            found.fragments += share * contents.coverage(tree, n) * area_px;
+            fragments += share * contents.coverage(tree, n) * area_px;
             n = skip;
         }
+        found.fragments_ms = fragments * self.hardware.fragment_ms;
         found
     }
 

@@ -25,7 +25,7 @@ use crate::waves::Waves;
 #[derive(Clone, Copy, Debug, Default)]
 struct NodeState {
     visible: bool,
-    /// Number of the frame; frames count from 1.
+    /// Number of the frame; frames count from 2, so that nothing was visited in the frame before the first.
     last_visited: u32,
     last_asked: u32,
 }
@@ -76,7 +76,7 @@ impl NearOptimalCulling {
             states: vec![NodeState::default(); host_tree.nodes.len()],
             tree: host_tree,
             view,
-            frame: 0,
+            frame: 1,
             counts: QueryCounts::default(),
         }
     }

@@ -1,10 +1,11 @@
 //! Which arm draws the next frame: by what each took when it last drew, carried over to what is in view now.
 //!
-//! Drawing all in view takes what the device was measured to take for its draws and triangles; what it took beyond
-//! that are its fragments, whose cost is the host's own. The time of an arm that culls is a share of this, and the rest,
-//! its overhead, which stays. Of five times of an arm the median counts, so that a step through a wall changes
-//! nothing. As estimates of arms that do not draw grow old, one is tried again now and then, if it could be ahead by
-//! then, and within a budget: trying may cost a fiftieth of the time.
+//! Drawing all in view takes what the device was measured to take for its draws, triangles and fragments, each kind
+//! times a factor that is fitted to the times told, as shading is the host's own. The time of an arm that culls is a
+//! share of this, and the rest, its overhead, which stays. While one of the two that cull is at home, the other takes
+//! so many times as much as it did when both were known. Of five times of an arm the median counts, so that a step
+//! through a wall changes nothing. As estimates of arms that do not draw grow old, one is tried again now and then, if
+//! it could be ahead by then, and within a budget: trying may cost a fiftieth of the time.
 
 /// What draws a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +24,15 @@ impl Arm {
     const fn index(self) -> usize {
         self as usize
     }
+
+    /// The other one that culls.
+    const fn other(self) -> Option<Self> {
+        match self {
+            Self::Frustum => None,
+            Self::Groups => Some(Self::Leaves),
+            Self::Leaves => Some(Self::Groups),
+        }
+    }
 }
 
 /// What is done in a frame.
@@ -39,13 +49,16 @@ pub(super) struct InView {
     pub objects: f64,
     /// Milliseconds for draws and triangles, by the device's times.
     pub geometry_ms: f64,
-    pub fragments: f64,
+    /// Milliseconds for fragments, by the device's times: those of a shader that does nothing.
+    pub fragments_ms: f64,
 }
 
 /// Another arm is taken if it is expected to take less than this share of the time.
 const HYSTERESIS: f64 = 0.97;
 /// Share of all time that trying one of the other arms may cost.
 const TRYING: f64 = 0.01;
+/// Frames after which a trial that cost more than it should is forgiven.
+const FORGIVEN: f64 = 12.0;
 /// Frames between two trials of an arm at least: at first, and at last, as every trial doubles it until another arm is
 /// at home.
 const REST: [i64; 2] = [4, 32];
@@ -53,10 +66,17 @@ const REST: [i64; 2] = [4, 32];
 const DOUBTFUL: f64 = 32.0;
 /// Frames at the start whose times tell nothing: every arm draws once.
 const COLD: u64 = Arm::ALL.len() as u64;
+/// Share of the objects in view that is nearly all of what there is to draw.
+const NEARLY_ALL: f64 = 0.9;
 /// Times of an arm that count.
 const SAMPLES: usize = 5;
 /// Of an arm that was away for so many frames the times before that do not count.
 const FORGOTTEN: i64 = 16;
+/// What geometry and fragments take of the device's times, before any frame told: hosts shade.
+const PRIOR: [f64; 2] = [1.0, 8.0];
+/// How much [`PRIOR`] counts beside one frame, and one frame beside the next.
+const PRIOR_WEIGHT: f64 = 0.05;
+const FADING: f64 = 0.9;
 /// Frames whose times may be told late.
 const LATE: usize = 16;
 
@@ -67,6 +87,8 @@ struct Sample {
     in_view: InView,
     /// Share of what is in view that was drawn.
     drawn: f64,
+    /// Of an arm that culls: the time over what the other should have taken in that frame.
+    over_other: Option<f64>,
     frame: i64,
 }
 
@@ -76,12 +98,44 @@ struct Pending {
     frame: u64,
     plan: Plan,
     in_view: InView,
-    /// What the frame should have taken without trial and handing over; `None` where that is unknown.
-    expected_ms: Option<f64>,
+    /// What each arm should have taken in this frame; `None` where that is unknown.
+    expected_ms: [Option<f64>; 3],
+    /// The arm that would have drawn without trial and handing over.
+    home: Arm,
+}
+
+/// What drawing all in view takes: least squares of relative errors.
+#[derive(Clone, Copy, Debug, Default)]
+struct Cost {
+    /// Sums of g g, g f, f f, g, f, of the device's times over those told.
+    sums: [f64; 5],
+}
+
+impl Cost {
+    fn learn(&mut self, ms: f64, in_view: &InView) {
+        let (g, f) = (in_view.geometry_ms / ms, in_view.fragments_ms / ms);
+        for (sum, new) in self.sums.iter_mut().zip([g * g, g * f, f * f, g, f]) {
+            *sum = FADING * *sum + new;
+        }
+    }
+
+    /// Milliseconds for what is in view.
+    fn ms(&self, in_view: &InView) -> f64 {
+        let [gg, gf, ff, g, f] = self.sums;
+        let prior = PRIOR.map(|factor| PRIOR_WEIGHT / (factor * factor));
+        let (gg, ff) = (gg + prior[0], ff + prior[1]);
+        let (g, f) = (g + prior[0] * PRIOR[0], f + prior[1] * PRIOR[1]);
+        // Positive by the inequality of Cauchy and Schwarz.
+        let determinant = gg * ff - gf * gf;
+        let factors = [g * ff - f * gf, f * gg - g * gf].map(|sum| sum / determinant);
+        let [geometry, fragments] = [0, 1].map(|kind| factors[kind].max(0.05 * PRIOR[kind]));
+        geometry * in_view.geometry_ms + fragments * in_view.fragments_ms
+    }
 }
 
 #[derive(Debug)]
 pub(super) struct Chooser {
+    cost: Cost,
     /// Of each arm, the newest last.
     samples: [Vec<Sample>; 3],
     /// What draws unless another arm is tried.
@@ -102,6 +156,7 @@ pub(super) struct Chooser {
 impl Chooser {
     pub fn new() -> Self {
         Self {
+            cost: Cost::default(),
             samples: Default::default(),
             home: Arm::Groups,
             follows: None,
@@ -118,7 +173,19 @@ impl Chooser {
     fn expected_ms(&self, arm: Arm, in_view: &InView) -> Option<f64> {
         let samples = &self.samples[arm.index()];
         if arm == Arm::Frustum {
-            return median(samples.iter().map(|sample| carried_over(sample, in_view)));
+            let now = self.cost.ms(in_view);
+            return median(samples.iter().map(|sample| {
+                let then = self.cost.ms(&sample.in_view);
+                sample.ms * if then > 0.0 { now / then } else { 1.0 }
+            }));
+        }
+        // What makes one slower makes both: a crowded view, a busy machine.
+        let ratios = samples.iter().filter_map(|sample| sample.over_other);
+        if arm != self.home
+            && self.home != Arm::Frustum
+            && let Some(ratio) = median(ratios)
+        {
+            return Some(ratio * self.expected_ms(self.home, in_view)?);
         }
         // Before the frustum's ever drew, nothing tells draws from overhead.
         let all = |in_view| self.expected_ms(Arm::Frustum, in_view).unwrap_or(0.0);
@@ -163,6 +230,11 @@ impl Chooser {
                 return false;
             };
             let age = self.age(arm);
+            // Whatever times of long ago say: who draws nearly all that is in view would not take much longer for all.
+            let expected = match arm {
+                Arm::Frustum if self.drawn > NEARLY_ALL => expected.min(home / self.drawn),
+                _ => expected,
+            };
             // After the frustum's comes a frame that hands over.
             let frames = if arm == Arm::Frustum { 2.0 } else { 1.0 };
             age >= self.rest[arm.index()]
@@ -202,9 +274,8 @@ impl Chooser {
             frame: self.frame,
             plan,
             in_view,
-            expected_ms: (first.is_none())
-                .then(|| self.expected_ms(self.home, &in_view))
-                .flatten(),
+            expected_ms: Arm::ALL.map(|arm| self.expected_ms(arm, &in_view)),
+            home: self.home,
         });
         self.frame += 1;
         self.last = Some(plan);
@@ -229,6 +300,7 @@ impl Chooser {
             plan,
             in_view,
             expected_ms,
+            home,
             ..
         }) = told
         else {
@@ -237,17 +309,26 @@ impl Chooser {
         for credit_ms in &mut self.credit_ms {
             *credit_ms += TRYING * ms;
         }
-        if plan.hands_over || plan.arm != self.home {
-            let lost = expected_ms.map_or(0.0, |expected| ms - expected);
-            self.credit_ms[plan.arm.index()] -= lost.max(0.0);
-            if !plan.hands_over {
-                let rest = &mut self.rest[plan.arm.index()];
-                *rest = (2 * *rest).min(REST[1]);
-            }
+        if frame < COLD {
+            // Times of the first frames are few and rough: more may be tried.
+            self.credit_ms = [FORGIVEN * TRYING * ms; 3];
+        }
+        if frame >= 2 * COLD && (plan.hands_over || plan.arm != self.home) {
+            let expected_ms = expected_ms[home.index()];
+            let lost_ms = expected_ms.map_or(0.0, |expected| ms - expected).max(0.0);
+            let credit_ms = &mut self.credit_ms[plan.arm.index()];
+            *credit_ms = (*credit_ms - lost_ms).max(-FORGIVEN * TRYING * ms);
+        }
+        if plan.arm != self.home && !plan.hands_over {
+            let rest = &mut self.rest[plan.arm.index()];
+            *rest = (2 * *rest).min(REST[1]);
         }
         let samples = &mut self.samples[plan.arm.index()];
         if frame < COLD || (plan.hands_over && !samples.is_empty()) {
             return;
+        }
+        if plan.arm == Arm::Frustum {
+            self.cost.learn(ms, &in_view);
         }
         let frame = frame as i64;
         samples.retain(|sample| frame < sample.frame + FORGOTTEN);
@@ -258,22 +339,10 @@ impl Chooser {
             ms,
             in_view,
             drawn: self.drawn,
+            over_other: (plan.arm.other()).and_then(|other| Some(ms / expected_ms[other.index()]?)),
             frame,
         });
     }
-}
-
-/// What drawing all in view takes, by what it took in another view.
-fn carried_over(sample: &Sample, in_view: &InView) -> f64 {
-    let then = &sample.in_view;
-    let geometry_ms = then.geometry_ms.min(sample.ms);
-    let geometry = if then.geometry_ms > 0.0 {
-        geometry_ms * in_view.geometry_ms / then.geometry_ms
-    } else {
-        in_view.geometry_ms
-    };
-    let fragments = in_view.fragments / then.fragments.max(1.0);
-    geometry + (sample.ms - geometry_ms) * fragments
 }
 
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
@@ -294,7 +363,7 @@ mod tests {
         InView {
             objects: 1.0,
             geometry_ms: 0.5 * load_ms,
-            fragments: 1e6 * load_ms,
+            fragments_ms: 0.1 * load_ms,
         }
     }
 
@@ -386,6 +455,59 @@ mod tests {
             frustum == 10,
             "at once, as the estimate is carried over: {frustum}"
         );
+    }
+
+    #[test]
+    fn one_that_was_tried_in_another_view_is_not_held_to_that_time() {
+        // A crowded view, then an empty one; what culls takes its share of both, Leaves less in the second.
+        let mut chooser = Chooser::new();
+        let mut leaves = 0;
+        for frame in 0..60 {
+            let plan = chooser.next(view(if frame < 8 { 100.0 } else { 90.0 }));
+            let [groups, leaf] = if frame < 8 { [40.0, 41.0] } else { [10.0, 8.0] };
+            chooser.drew(0.2);
+            chooser.took(frame, [100.0, groups, leaf][plan.arm.index()]);
+            leaves += u32::from(frame >= 20 && plan.arm == Arm::Leaves);
+        }
+        assert!(leaves >= 35, "{leaves} of 40 frames");
+    }
+
+    #[test]
+    fn a_slow_spell_of_the_machine_is_forgotten() {
+        let mut chooser = Chooser::new();
+        let mut elsewhere = 0;
+        for frame in 0..160 {
+            let plan = chooser.next(view(10.0));
+            let spell = if (20..30).contains(&frame) { 1.6 } else { 1.0 };
+            chooser.drew(0.96);
+            chooser.took(frame, spell * [10.0, 11.2, 11.0][plan.arm.index()]);
+            elsewhere += u32::from(frame >= 50 && plan.arm != Arm::Frustum);
+        }
+        assert!(elsewhere <= 16, "{elsewhere} of 110 frames");
+    }
+
+    #[test]
+    fn the_cost_of_fragments_is_learned() {
+        let view = |geometry_ms, fragments_ms| InView {
+            geometry_ms,
+            fragments_ms,
+            ..InView::default()
+        };
+        let truth = |view: &InView| 0.7 * view.geometry_ms + 17.0 * view.fragments_ms;
+        let mut cost = Cost::default();
+        for view in [view(146.0, 0.9), view(86.0, 6.0), view(20.0, 6.5)] {
+            cost.learn(truth(&view), &view);
+        }
+        for view in [view(150.0, 1.0), view(50.0, 7.0), view(5.0, 5.0)] {
+            let ratio = cost.ms(&view) / truth(&view);
+            assert!((0.9..1.1).contains(&ratio), "{ratio}");
+        }
+        let mut alike = Cost::default();
+        for _ in 0..1000 {
+            alike.learn(114.0, &view(146.0, 0.0));
+        }
+        assert!((alike.ms(&view(146.0, 0.0)) / 114.0 - 1.0).abs() < 0.01);
+        assert!(alike.ms(&view(0.0, 1.0)) > 0.0);
     }
 
     #[test]
