@@ -315,7 +315,8 @@ impl Chooser {
         }
         if frame >= 2 * COLD && (plan.hands_over || plan.arm != self.home) {
             let expected_ms = expected_ms[home.index()];
-            let lost_ms = expected_ms.map_or(0.0, |expected| ms - expected).max(0.0);
+            // Signed, as noise is: what one trial seems to lose, another seems to gain.
+            let lost_ms = expected_ms.map_or(0.0, |expected| ms - expected);
             let credit_ms = &mut self.credit_ms[plan.arm.index()];
             *credit_ms = (*credit_ms - lost_ms).max(-FORGIVEN * TRYING * ms);
         }
