@@ -39,17 +39,12 @@ fn case(name: &str) -> CaseScene {
 }
 
 /// Draws of all frames, and questions.
-fn work(
-    world: &World,
-    scene: &CaseScene,
-    make: impl FnOnce(&World) -> Box<dyn CullingMethod>,
-) -> (usize, QueryCounts) {
+fn work(world: &World, scene: &CaseScene, method: &mut dyn CullingMethod) -> (usize, QueryCounts) {
     let host = Host::new(gpu().unwrap(), world, SIZE, DEPTH);
-    let mut method = make(world);
     let mut sum = QueryCounts::default();
     let mut draws = 0;
     for frame in &scene.frames {
-        draws += host.render(&mut *method, &frame.camera).pvs().len();
+        draws += host.render(method, &frame.camera).pvs().len();
         let counts = method.queries().unwrap();
         sum.queries += counts.queries;
         sum.wasted += counts.wasted;
@@ -59,34 +54,21 @@ fn work(
     (draws, sum)
 }
 
-fn chc(options: ChcOptions) -> impl FnOnce(&World) -> Box<dyn CullingMethod> {
-    move |world| {
-        let (device, baked) = (&gpu().unwrap().device, world.baked.scene());
-        let tree = &world.trees[0];
-        Box::new(CoherentCulling::new(
-            device,
-            &world.scene,
-            baked,
-            tree,
-            DEPTH,
-            options,
-        ))
-    }
+fn chc(world: &World, options: ChcOptions) -> CoherentCulling {
+    let (device, baked) = (&gpu().unwrap().device, world.baked.scene());
+    CoherentCulling::new(device, &world.scene, baked, &world.trees[0], DEPTH, options)
 }
 
-fn nohc(hardware: HardwareTimes) -> impl FnOnce(&World) -> Box<dyn CullingMethod> {
-    move |world| {
-        let (device, baked) = (&gpu().unwrap().device, world.baked.scene());
-        let tree = &world.trees[0];
-        Box::new(NearOptimalCulling::new(
-            device,
-            &world.scene,
-            baked,
-            tree,
-            DEPTH,
-            hardware,
-        ))
-    }
+fn nohc(world: &World, hardware: HardwareTimes) -> NearOptimalCulling {
+    let (device, baked) = (&gpu().unwrap().device, world.baked.scene());
+    NearOptimalCulling::new(
+        device,
+        &world.scene,
+        baked,
+        &world.trees[0],
+        DEPTH,
+        hardware,
+    )
 }
 
 /// Milliseconds on a device of these times, fragments left out: they are the same.
@@ -103,7 +85,7 @@ fn nohc_takes_no_longer_than_frustum_culling_where_nothing_is_hidden() {
     let world = World::of_case(gpu, &scene);
     let all = world.scene.shape.object_count as usize * scene.frames.len();
     for hardware in DEVICES {
-        let (draws, counts) = work(&world, &scene, nohc(hardware));
+        let (draws, counts) = work(&world, &scene, &mut nohc(&world, hardware));
         assert!(draws <= all, "{draws} of {all}");
         let ms = modelled_ms(&hardware, draws, &counts);
         let frustum_ms = modelled_ms(&hardware, all, &QueryCounts::default());
@@ -120,14 +102,14 @@ fn where_much_is_hidden_chc_plus_plus_asks_less_than_chc_and_nohc_in_vain_less_o
     for name in ["clutter", "rooms", "still-camera"] {
         let scene = case(name);
         let world = World::of_case(gpu, &scene);
-        let (_, plain) = work(&world, &scene, chc(ChcOptions::CHC));
-        let (_, plus) = work(&world, &scene, chc(ChcOptions::CHC_PLUS_PLUS));
+        let (_, plain) = work(&world, &scene, &mut chc(&world, ChcOptions::CHC));
+        let (_, plus) = work(&world, &scene, &mut chc(&world, ChcOptions::CHC_PLUS_PLUS));
         assert!(
             plus.queries < plain.queries,
             "{name}: CHC {plain:?}, CHC++ {plus:?}"
         );
         for hardware in DEVICES {
-            let (_, counts) = work(&world, &scene, nohc(hardware));
+            let (_, counts) = work(&world, &scene, &mut nohc(&world, hardware));
             assert!(
                 counts.wasted <= plain.wasted,
                 "{name}: CHC {plain:?}, NOHC {counts:?}"
