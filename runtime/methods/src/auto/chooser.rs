@@ -74,8 +74,9 @@ const SAMPLES: usize = 5;
 const FORGOTTEN: i64 = 16;
 /// What geometry and fragments take of the device's times, before any frame told: hosts shade.
 const PRIOR: [f64; 2] = [1.0, 8.0];
-/// How much [`PRIOR`] counts beside one frame, and one frame beside the next.
+/// How much [`PRIOR`] counts beside one frame.
 const PRIOR_WEIGHT: f64 = 0.05;
+/// How much a frame counts beside the next of the frustum's.
 const FADING: f64 = 0.9;
 /// Frames whose times may be told late.
 const LATE: usize = 16;
@@ -319,10 +320,10 @@ impl Chooser {
             let lost_ms = expected_ms.map_or(0.0, |expected| ms - expected);
             let credit_ms = &mut self.credit_ms[plan.arm.index()];
             *credit_ms = (*credit_ms - lost_ms).max(-FORGIVEN * TRYING * ms);
-        }
-        if frame >= 2 * COLD && plan.arm != self.home && !plan.hands_over {
-            let rest = &mut self.rest[plan.arm.index()];
-            *rest = (2 * *rest).min(REST[1]);
+            if !plan.hands_over {
+                let rest = &mut self.rest[plan.arm.index()];
+                *rest = (2 * *rest).min(REST[1]);
+            }
         }
         let samples = &mut self.samples[plan.arm.index()];
         if frame < COLD || (plan.hands_over && !samples.is_empty()) {
