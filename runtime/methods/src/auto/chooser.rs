@@ -3,8 +3,8 @@
 //! Drawing all in view takes what the device was measured to take for its draws, triangles and fragments, each kind
 //! times a factor that is fitted to the times told, as shading is the host's own. The time of an arm that culls is a
 //! share of this, and the rest, its overhead, which stays. While one of the two that cull is at home, the other takes
-//! so many times as much as it did when both were known. Of five times of an arm the median counts, so that a step
-//! through a wall changes nothing. As estimates of arms that do not draw grow old, one is tried again now and then, if
+//! so many times as much as it did in neighbouring frames of the two. Of several times the median counts, so that a
+//! step through a wall changes nothing. As estimates of arms that do not draw grow old, one is tried again now and then, if
 //! it could be ahead by then, and within a budget: trying may cost a fiftieth of the time.
 
 /// What draws a frame.
@@ -54,22 +54,29 @@ pub(super) struct InView {
 }
 
 /// Another arm is taken if it is expected to take less than this share of the time.
-const HYSTERESIS: f64 = 0.97;
+const HYSTERESIS: f64 = 0.98;
 /// Share of all time that trying one of the other arms may cost.
 const TRYING: f64 = 0.01;
 /// Frames after which a trial that cost more than it should is forgiven.
 const FORGIVEN: f64 = 12.0;
 /// Frames between two trials of an arm at least: at first, and at last, as every trial doubles it until another arm is
 /// at home.
-const REST: [i64; 2] = [4, 16];
+const REST: [i64; 2] = [8, 32];
 /// An estimate that is so many frames old may be wrong by a factor of two.
 const DOUBTFUL: f64 = 32.0;
 /// Frames at the start whose times tell nothing: every arm draws once.
 const COLD: u64 = Arm::ALL.len() as u64;
+/// Frames at the start in which two arms that cull draw in turn, whatever it costs, as one rough time would decide
+/// between them for long.
+const IN_TURN: u64 = 12;
+/// An arm that takes so many times as long as another is not drawn in turn with it.
+const HOPELESS: f64 = 2.0;
 /// Share of the objects in view that is nearly all of what there is to draw.
 const NEARLY_ALL: f64 = 0.9;
 /// Times of an arm that count.
 const SAMPLES: usize = 5;
+/// Pairs of neighbouring frames that count. Even, as one of two follows the other and bears what the view gained.
+const PAIRS: usize = 6;
 /// Of an arm that was away for so many frames the times before that do not count.
 const FORGOTTEN: i64 = 16;
 /// What geometry and fragments take of the device's times, before any frame told: hosts shade.
@@ -88,8 +95,6 @@ struct Sample {
     in_view: InView,
     /// Share of what is in view that was drawn.
     drawn: f64,
-    /// Of an arm that culls: the time over what the other should have taken in that frame.
-    over_other: Option<f64>,
     frame: i64,
 }
 
@@ -139,6 +144,8 @@ pub(super) struct Chooser {
     cost: Cost,
     /// Of each arm, the newest last.
     samples: [Vec<Sample>; 3],
+    /// Logarithms of the time of Leaves over that of Groups, each from two neighbouring frames, the newest last.
+    pairs: Vec<f64>,
     /// What draws unless another arm is tried.
     home: Arm,
     /// What draws the next frame whatever else: the arm that was handed over to.
@@ -152,6 +159,8 @@ pub(super) struct Chooser {
     pending: [Option<Pending>; LATE],
     /// Share of what was in view that was drawn, of the last frame that told.
     drawn: f64,
+    /// Frames in a row that drew nearly all: more than a step through a wall makes.
+    full: usize,
 }
 
 impl Chooser {
@@ -159,6 +168,7 @@ impl Chooser {
         Self {
             cost: Cost::default(),
             samples: Default::default(),
+            pairs: Vec::new(),
             home: Arm::Groups,
             follows: None,
             last: None,
@@ -167,6 +177,7 @@ impl Chooser {
             credit_ms: [0.0; 3],
             pending: [None; LATE],
             drawn: 1.0,
+            full: 0,
         }
     }
 
@@ -181,24 +192,30 @@ impl Chooser {
             }));
         }
         // What makes one slower makes both: a crowded view, a busy machine.
-        let ratios = samples.iter().filter_map(|sample| sample.over_other);
         if arm != self.home
             && self.home != Arm::Frustum
-            && let Some(ratio) = median(ratios)
+            && let Some(pair) = median(self.pairs.iter().copied())
         {
-            return Some(ratio * self.expected_ms(self.home, in_view)?);
+            let sign = if arm == Arm::Leaves { 1.0 } else { -1.0 };
+            return Some((sign * pair).exp() * self.expected_ms(self.home, in_view)?);
         }
+        median(
+            samples
+                .iter()
+                .map(|sample| self.carried_ms(sample, in_view)),
+        )
+    }
+
+    /// What an arm that culls and took `sample` would have taken for what is in view.
+    fn carried_ms(&self, sample: &Sample, in_view: &InView) -> f64 {
         // Before the frustum's ever drew, nothing tells draws from overhead.
         let all = |in_view| self.expected_ms(Arm::Frustum, in_view).unwrap_or(0.0);
-        let now = all(in_view);
-        median(samples.iter().map(|sample| {
-            let then = all(&sample.in_view);
-            let drawn = sample.drawn.min(sample.ms / then.max(f64::MIN_POSITIVE));
-            // What comes into view is hidden for the most part, as an image holds only so much: the geometric mean
-            // of all of it and nothing.
-            let now = now.min((now * then).sqrt());
-            sample.ms + drawn * (now - then)
-        }))
+        let (now, then) = (all(in_view), all(&sample.in_view));
+        let drawn = sample.drawn.min(sample.ms / then.max(f64::MIN_POSITIVE));
+        // What comes into view is hidden for the most part, as an image holds only so much: the geometric mean
+        // of all of it and nothing.
+        let now = now.min((now * then).sqrt());
+        sample.ms + drawn * (now - then)
     }
 
     /// Frames since `arm` last drew.
@@ -207,33 +224,37 @@ impl Chooser {
         newest.map_or(i64::MAX, |newest| self.frame as i64 - newest.frame)
     }
 
+    /// [`Self::expected_ms`] of every arm.
+    fn estimates_ms(&self, in_view: &InView) -> [Option<f64>; 3] {
+        Arm::ALL.map(|arm| self.expected_ms(arm, in_view))
+    }
+
     /// The arm that should take the least, if it is better than `home` by more than may be noise.
-    fn best(&self, in_view: &InView) -> Arm {
-        let Some(home) = self.expected_ms(self.home, in_view) else {
-            return self.home;
-        };
-        let expected = |arm| self.expected_ms(arm, in_view).unwrap_or(f64::INFINITY);
+    fn best(&self, expected_ms: &[Option<f64>; 3]) -> Arm {
+        let expected = |arm: Arm| expected_ms[arm.index()].unwrap_or(f64::INFINITY);
         let least = |a: &Arm, b: &Arm| expected(*a).total_cmp(&expected(*b));
         let best = Arm::ALL.into_iter().min_by(least).unwrap_or(self.home);
-        if expected(best) < HYSTERESIS * home {
-            best
-        } else {
-            self.home
+        match expected_ms[self.home.index()] {
+            Some(home) if expected(best) < HYSTERESIS * home => best,
+            _ => self.home,
         }
     }
 
     /// An arm to try instead of `home`.
-    fn trial(&self, in_view: &InView) -> Option<Arm> {
-        let home = self.expected_ms(self.home, in_view)?;
+    fn trial(&self, expected_ms: &[Option<f64>; 3]) -> Option<Arm> {
+        let home = expected_ms[self.home.index()]?;
         let others = Arm::ALL.into_iter().filter(|&arm| arm != self.home);
         let worth_it = |&arm: &Arm| {
-            let Some(expected) = self.expected_ms(arm, in_view) else {
+            let Some(expected) = expected_ms[arm.index()] else {
                 return false;
             };
             let age = self.age(arm);
+            if self.frame < IN_TURN && arm.other() == Some(self.home) {
+                return age > 1 && expected < HOPELESS * home;
+            }
             // Whatever times of long ago say: who draws nearly all that is in view would not take much longer for all.
             let expected = match arm {
-                Arm::Frustum if self.drawn > NEARLY_ALL => expected.min(home / self.drawn),
+                Arm::Frustum if self.full >= SAMPLES => expected.min(home / self.drawn),
                 _ => expected,
             };
             // After the frustum's comes a frame that hands over.
@@ -250,12 +271,15 @@ impl Chooser {
         // Nobody knows what shows in the first frame, so it is the frustum's; the others follow.
         // Once more when caches and pipelines are warm.
         let first = (self.frame < 2 * COLD).then(|| Arm::ALL[(self.frame % COLD) as usize]);
+        let mut expected_ms = self.estimates_ms(&in_view);
         let wanted = first.or(self.follows.take()).unwrap_or_else(|| {
-            let best = self.best(&in_view);
+            let best = self.best(&expected_ms);
             if best != self.home {
                 (self.home, self.rest) = (best, [REST[0]; 3]);
+                // One is held against the other that culls by which is at home.
+                expected_ms = self.estimates_ms(&in_view);
             }
-            self.trial(&in_view).unwrap_or(self.home)
+            self.trial(&expected_ms).unwrap_or(self.home)
         });
         let is_ignorant = |last: Plan| last.arm == Arm::Frustum && !last.hands_over;
         let needs_handing = wanted != Arm::Frustum && self.last.is_some_and(is_ignorant);
@@ -275,7 +299,7 @@ impl Chooser {
             frame: self.frame,
             plan,
             in_view,
-            expected_ms: Arm::ALL.map(|arm| self.expected_ms(arm, &in_view)),
+            expected_ms,
             home: self.home,
         });
         self.frame += 1;
@@ -291,6 +315,12 @@ impl Chooser {
     /// Tells what share of what was in view a frame drew, one that culls.
     pub fn drew(&mut self, share: f64) {
         self.drawn = share.clamp(0.0, 1.0);
+        let is_full = self.drawn > NEARLY_ALL;
+        self.full = if is_full {
+            self.full.saturating_add(1)
+        } else {
+            0
+        };
     }
 
     /// Tells how long a frame took.
@@ -325,26 +355,41 @@ impl Chooser {
                 *rest = (2 * *rest).min(REST[1]);
             }
         }
-        let samples = &mut self.samples[plan.arm.index()];
-        if frame < COLD || (plan.hands_over && !samples.is_empty()) {
+        let is_first = self.samples[plan.arm.index()].is_empty();
+        if frame < COLD || (plan.hands_over && !is_first) {
             return;
         }
         if plan.arm == Arm::Frustum {
             self.cost.learn(ms, &in_view);
         }
         let frame = frame as i64;
-        samples.retain(|sample| frame < sample.frame + FORGOTTEN);
-        if samples.len() == SAMPLES {
-            samples.remove(0);
+        let before = plan
+            .arm
+            .other()
+            .and_then(|other| self.samples[other.index()].last());
+        if let Some(before) = before.filter(|before| before.frame + 1 == frame) {
+            let over_other = (ms / self.carried_ms(before, &in_view)).ln();
+            let sign = if plan.arm == Arm::Leaves { 1.0 } else { -1.0 };
+            push_bounded(&mut self.pairs, sign * over_other, PAIRS);
         }
-        samples.push(Sample {
+        let samples = &mut self.samples[plan.arm.index()];
+        samples.retain(|sample| frame < sample.frame + FORGOTTEN);
+        let sample = Sample {
             ms,
             in_view,
             drawn: self.drawn,
-            over_other: (plan.arm.other()).and_then(|other| Some(ms / expected_ms[other.index()]?)),
             frame,
-        });
+        };
+        push_bounded(samples, sample, SAMPLES);
     }
+}
+
+/// Appends an element to a list of which only the newest `bound` count.
+fn push_bounded<T>(list: &mut Vec<T>, element: T, bound: usize) {
+    if list.len() == bound {
+        list.remove(0);
+    }
+    list.push(element);
 }
 
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
@@ -472,6 +517,40 @@ mod tests {
             leaves += u32::from(frame >= 20 && plan.arm == Arm::Leaves);
         }
         assert!(leaves >= 35, "{leaves} of 40 frames");
+    }
+
+    #[test]
+    fn one_rough_time_at_the_start_decides_nothing() {
+        for rough in 3..12 {
+            let mut chooser = Chooser::new();
+            let mut leaves = 0;
+            for frame in 0..60 {
+                let plan = chooser.next(view(50.0));
+                let ms = [100.0, 40.0, 34.0][plan.arm.index()];
+                chooser.drew(0.2);
+                chooser.took(frame, if frame == rough { 1.6 * ms } else { ms });
+                leaves += u32::from(frame >= 12 && plan.arm == Arm::Leaves);
+            }
+            assert!(leaves >= 44, "frame {rough} rough: {leaves} of 48 frames");
+        }
+    }
+
+    #[test]
+    fn a_step_through_a_wall_changes_nothing() {
+        let mut chooser = Chooser::new();
+        for frame in 0..60 {
+            let plan = chooser.next(view(50.0));
+            let is_wall = (27..29).contains(&frame);
+            let ms = match plan.arm {
+                Arm::Frustum => 100.0,
+                _ if is_wall => 150.0,
+                Arm::Groups => 40.0,
+                Arm::Leaves => 34.0,
+            };
+            chooser.drew(if is_wall { 0.99 } else { 0.2 });
+            chooser.took(frame, ms);
+            assert!(frame < 6 || plan.arm != Arm::Frustum, "frame {frame}");
+        }
     }
 
     #[test]
