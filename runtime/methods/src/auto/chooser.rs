@@ -370,7 +370,10 @@ impl Chooser {
         if let Some(before) = before.filter(|before| before.frame + 1 == frame) {
             let over_other = (ms / self.carried_ms(before, &in_view)).ln();
             let sign = if plan.arm == Arm::Leaves { 1.0 } else { -1.0 };
-            push_bounded(&mut self.pairs, sign * over_other, PAIRS);
+            // A jump tells of the view, not of the arms.
+            if over_other.abs() < HOPELESS.ln() {
+                push_bounded(&mut self.pairs, sign * over_other, PAIRS);
+            }
         }
         let samples = &mut self.samples[plan.arm.index()];
         samples.retain(|sample| frame < sample.frame + FORGOTTEN);

@@ -107,7 +107,8 @@ fn compared(comparison: &Comparison) -> Vec<Section> {
     );
     let mut regret = vec![Block::Text(
         "By how much the mean frame time of auto exceeds that of always taking one of what it chooses from. The \
-         interval is a bootstrap over segments of the path."
+         interval is a bootstrap over segments of the path. Which one drew how many frames is of the last repeat: \
+         auto goes by times, so it may choose otherwise in another."
             .into(),
     )];
     regret.extend(table("", tables::regret(comparison)));
