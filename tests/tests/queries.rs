@@ -99,6 +99,7 @@ fn nohc_takes_no_longer_than_frustum_culling_where_nothing_is_hidden() {
 #[test]
 fn where_much_is_hidden_chc_plus_plus_asks_less_than_chc_and_nohc_in_vain_less_often() {
     let Some(gpu) = gpu() else { return };
+    let mut waits = [0; 2];
     for name in ["clutter", "rooms", "still-camera"] {
         let scene = case(name);
         let world = World::of_case(gpu, &scene);
@@ -108,6 +109,8 @@ fn where_much_is_hidden_chc_plus_plus_asks_less_than_chc_and_nohc_in_vain_less_o
             plus.queries < plain.queries,
             "{name}: CHC {plain:?}, CHC++ {plus:?}"
         );
+        waits[0] += plain.waits;
+        waits[1] += plus.waits;
         for hardware in DEVICES {
             let (_, counts) = work(&world, &scene, &mut nohc(&world, hardware));
             assert!(
@@ -116,4 +119,5 @@ fn where_much_is_hidden_chc_plus_plus_asks_less_than_chc_and_nohc_in_vain_less_o
             );
         }
     }
+    assert!(waits[1] <= waits[0], "waits of CHC, CHC++: {waits:?}");
 }

@@ -9,10 +9,11 @@
 //!
 //! Departures: wgpu hands results over in buffers, so the walk goes on until it has nothing left to do without
 //! answers (or a full batch), and all questions are then asked in one pass, one submit and one wait, after what was
-//! found so far is drawn. Questions about leaves that showed go along with those; where there are none to go along with,
-//! they are asked in the next frame that waits anyhow, and the leaf counts as visible until then. Nodes
-//! that touch the near plane are opened without a question. A question compares the depth where the pixel's ray
-//! enters the padded bounds.
+//! found so far is drawn. Where something of several nodes shows, interior ones are opened, and leaves asked about one
+//! by one along with what comes next, or drawn if nothing does: a wait more would cost more. Questions about leaves that
+//! showed go along with others; where there are none, they are asked in the next frame that waits anyhow, and the leaf
+//! counts as visible until then. Nodes that touch the near plane are opened without a question. A question compares the
+//! depth where the pixel's ray enters the padded bounds.
 
 use std::collections::BinaryHeap;
 
@@ -88,6 +89,8 @@ pub struct CoherentCulling {
     random: u32,
     /// Leaves that showed and are to be asked about.
     leaf_questions: Vec<u32>,
+    /// Leaves that did not show, of a question about several nodes of which something did.
+    doubtful: Vec<u32>,
     counts: QueryCounts,
 }
 
@@ -97,6 +100,16 @@ struct Question {
     nodes: Vec<u32>,
     /// It is about a leaf that was drawn already.
     drawn: bool,
+}
+
+impl Question {
+    /// Whether a node shows that did not show before.
+    fn about(node: u32) -> Self {
+        Self {
+            nodes: vec![node],
+            drawn: false,
+        }
+    }
 }
 
 impl CoherentCulling {
@@ -123,6 +136,7 @@ impl CoherentCulling {
             frame: 0,
             random: 1,
             leaf_questions: Vec::new(),
+            doubtful: Vec::new(),
             counts: QueryCounts::default(),
         }
     }
@@ -232,12 +246,8 @@ impl CoherentCulling {
 
     /// Puts nodes that were hidden together, as long as that spares more than it risks.
     fn grouped(&self, mut hidden: Vec<u32>) -> Vec<Question> {
-        let alone = |n| Question {
-            nodes: vec![n],
-            drawn: false,
-        };
         if !self.options.multi_queries {
-            return hidden.into_iter().map(alone).collect();
+            return hidden.into_iter().map(Question::about).collect();
         }
         // The chance that a node stays hidden.
         let keeps = |n: u32| {
@@ -248,7 +258,7 @@ impl CoherentCulling {
         let mut questions = Vec::new();
         let mut rest = hidden.into_iter().peekable();
         while let Some(first) = rest.next() {
-            let mut question = alone(first);
+            let mut question = Question::about(first);
             let mut all_keep = keeps(first);
             // Benefit over cost: nodes spared per query, and queries when it fails.
             let value = |all_keep: f64, count: f64| count / (1.0 + (1.0 - all_keep) * count);
@@ -268,58 +278,68 @@ impl CoherentCulling {
         questions
     }
 
-    /// Asks, and queues what shows.
+    /// Asks, and queues what shows. Gives the questions that were too many for once.
     fn ask(
         &mut self,
         frame: &mut FrameContext<'_>,
         uniform: &FrameUniform,
         mut questions: Vec<Question>,
         queue: &mut BinaryHeap<Queued>,
-    ) {
-        while !questions.is_empty() {
-            let boxes = questions.iter().map(|question| {
-                let boxes = question.nodes.iter().map(|&n| self.boxes(uniform, n));
-                boxes.collect::<Vec<_>>().concat()
-            });
-            let boxes = boxes.collect::<Vec<_>>();
-            let fitting = self.queries.fitting(&boxes).max(1);
-            let answers = self.queries.ask(frame, &boxes[..fitting]);
-            self.counts.queries += fitting as u32;
-            self.counts.boxes += boxes[..fitting].iter().map(Vec::len).sum::<usize>() as u32;
-            self.counts.waits += 1;
-            let rest = questions.split_off(fitting);
-            let mut again = Vec::new();
-            for (question, shows) in questions.into_iter().zip(answers) {
-                match (shows, question.drawn) {
-                    (true, true) => self.ask_later(question.nodes[0]),
-                    // It waits for an answer in the next frame.
-                    (false, true) => self.states[question.nodes[0] as usize].visible = false,
-                    (true, false) => {
-                        self.counts.wasted += 1;
-                        match question.nodes[..] {
-                            [n] => {
-                                if self.tree.is_leaf(n) {
-                                    self.pull_up(n);
-                                    self.ask_later(n);
-                                }
-                                self.open(uniform, n, queue);
+    ) -> Vec<Question> {
+        let boxes = questions.iter().map(|question| {
+            let boxes = question.nodes.iter().map(|&n| self.boxes(uniform, n));
+            boxes.collect::<Vec<_>>().concat()
+        });
+        let boxes = boxes.collect::<Vec<_>>();
+        let fitting = self.queries.fitting(&boxes).max(1);
+        let answers = self.queries.ask(frame, &boxes[..fitting]);
+        self.counts.queries += fitting as u32;
+        self.counts.boxes += boxes[..fitting].iter().map(Vec::len).sum::<usize>() as u32;
+        self.counts.waits += 1;
+        let left = questions.split_off(fitting);
+        for (question, shows) in questions.into_iter().zip(answers) {
+            match (shows, question.drawn) {
+                (true, true) => self.ask_later(question.nodes[0]),
+                // It waits for an answer in the next frame.
+                (false, true) => self.states[question.nodes[0] as usize].visible = false,
+                (true, false) => {
+                    self.counts.wasted += 1;
+                    match question.nodes[..] {
+                        [n] => {
+                            if self.tree.is_leaf(n) {
+                                self.pull_up(n);
+                                self.ask_later(n);
                             }
-                            // One by one.
-                            _ => again.extend(question.nodes.into_iter().map(|n| Question {
-                                nodes: vec![n],
-                                drawn: false,
-                            })),
+                            self.open(uniform, n, queue);
                         }
-                    }
-                    (false, false) => {
-                        for n in question.nodes {
-                            self.states[n as usize].hidden_frames += 1;
+                        _ => {
+                            for n in question.nodes {
+                                if self.tree.is_leaf(n) {
+                                    self.doubtful.push(n);
+                                } else {
+                                    self.open(uniform, n, queue);
+                                }
+                            }
                         }
                     }
                 }
+                (false, false) => {
+                    for n in question.nodes {
+                        self.states[n as usize].hidden_frames += 1;
+                    }
+                }
             }
-            questions = again;
-            questions.extend(rest);
+        }
+        left
+    }
+
+    /// Draws leaves that are not worth a wait of their own. They count as visible until they are asked about in the
+    /// next frame.
+    fn show_doubtful(&mut self) {
+        for n in std::mem::take(&mut self.doubtful) {
+            self.pull_up(n);
+            self.waves.add(self.tree.nodes[n as usize].object);
+            self.leaf_questions.push(n);
         }
     }
 
@@ -355,13 +375,17 @@ impl CullingMethod for CoherentCulling {
             let distance = self.tree.distance(&uniform, 0);
             queue.push(Queued { distance, node: 0 });
         }
+        let mut questions = Vec::new();
         loop {
             let hidden = self.walk(&uniform, &mut queue);
             self.waves.draw(frame, drawer);
-            if hidden.is_empty() {
+            if hidden.is_empty() && questions.is_empty() {
+                self.show_doubtful();
+                self.waves.draw(frame, drawer);
                 break;
             }
-            let mut questions = self.grouped(hidden);
+            questions.extend(self.grouped(hidden));
+            questions.extend(self.doubtful.drain(..).map(Question::about));
             // Some may be left from an earlier frame, and have moved out of the image or up to the near plane since.
             let mut leaves = std::mem::take(&mut self.leaf_questions);
             leaves.sort_unstable();
@@ -371,7 +395,7 @@ impl CullingMethod for CoherentCulling {
                 nodes: vec![n],
                 drawn: true,
             }));
-            self.ask(frame, &uniform, questions, &mut queue);
+            questions = self.ask(frame, &uniform, questions, &mut queue);
         }
         self.waves.end(frame, drawer);
         Ok(())
