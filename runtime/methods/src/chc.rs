@@ -378,10 +378,12 @@ impl CullingMethod for CoherentCulling {
         let mut questions = Vec::new();
         loop {
             let hidden = self.walk(&uniform, &mut queue);
-            self.waves.draw(frame, drawer);
-            if hidden.is_empty() && questions.is_empty() {
+            let is_last = hidden.is_empty() && questions.is_empty();
+            if is_last {
                 self.show_doubtful();
-                self.waves.draw(frame, drawer);
+            }
+            self.waves.draw(frame, drawer);
+            if is_last {
                 break;
             }
             questions.extend(self.grouped(hidden));
