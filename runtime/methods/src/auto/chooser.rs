@@ -61,7 +61,7 @@ const TRYING: f64 = 0.01;
 const FORGIVEN: f64 = 12.0;
 /// Frames between two trials of an arm at least: at first, and at last, as every trial doubles it until another arm is
 /// at home.
-const REST: [i64; 2] = [8, 32];
+const REST: [i64; 2] = [6, 32];
 /// An estimate that is so many frames old may be wrong by a factor of two.
 const DOUBTFUL: f64 = 32.0;
 /// Frames at the start whose times tell nothing: every arm draws once.
@@ -344,7 +344,7 @@ impl Chooser {
             // Times of the first frames are few and rough: more may be tried.
             self.credit_ms = [FORGIVEN * TRYING * ms; 3];
         }
-        if frame >= 2 * COLD && (plan.hands_over || plan.arm != self.home) {
+        if frame >= IN_TURN && (plan.hands_over || plan.arm != self.home) {
             let expected_ms = expected_ms[home.index()];
             // Signed, as noise is: what one trial seems to lose, another seems to gain.
             let lost_ms = expected_ms.map_or(0.0, |expected| ms - expected);
