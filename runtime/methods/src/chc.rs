@@ -244,6 +244,14 @@ impl CoherentCulling {
             .collect()
     }
 
+    /// How many questions follow one about several nodes, for this of them, if it fails.
+    fn pieces(&self, n: u32) -> usize {
+        match self.tree.is_leaf(n) {
+            true => 1,
+            false => self.tree.children(n).len(),
+        }
+    }
+
     /// Puts nodes that were hidden together, as long as that spares more than it risks.
     fn grouped(&self, mut hidden: Vec<u32>) -> Vec<Question> {
         if !self.options.multi_queries {
@@ -260,16 +268,20 @@ impl CoherentCulling {
         while let Some(first) = rest.next() {
             let mut question = Question::about(first);
             let mut all_keep = keeps(first);
-            // Benefit over cost: nodes spared per query, and queries when it fails.
-            let value = |all_keep: f64, count: f64| count / (1.0 + (1.0 - all_keep) * count);
-            let mut best = value(all_keep, 1.0);
+            // Benefit over cost: nodes spared per query, and queries when it fails, of what is asked about then.
+            let value = |all_keep: f64, count: usize, then: usize| {
+                count as f64 / (1.0 + (1.0 - all_keep) * then as f64)
+            };
+            let mut then = self.pieces(first);
+            let mut best = value(all_keep, 1, then);
             while let Some(&next) = rest.peek() {
                 let with = all_keep * keeps(next);
-                let better = value(with, (question.nodes.len() + 1) as f64);
+                let then_with = then + self.pieces(next);
+                let better = value(with, question.nodes.len() + 1, then_with);
                 if better <= best {
                     break;
                 }
-                (all_keep, best) = (with, better);
+                (all_keep, best, then) = (with, better, then_with);
                 question.nodes.push(next);
                 rest.next();
             }
