@@ -25,6 +25,14 @@ impl Arm {
         self as usize
     }
 
+    /// The sign with which [`Chooser::pairs`] speaks of this one, that culls.
+    const fn side(self) -> f64 {
+        match self {
+            Self::Leaves => 1.0,
+            Self::Frustum | Self::Groups => -1.0,
+        }
+    }
+
     /// The other one that culls.
     const fn other(self) -> Option<Self> {
         match self {
@@ -69,13 +77,15 @@ const COLD: u64 = Arm::ALL.len() as u64;
 /// Frames at the start in which two arms that cull draw in turn, whatever it costs, as one rough time would decide
 /// between them for long.
 const IN_TURN: u64 = 12;
-/// An arm that takes so many times as long as another is not drawn in turn with it.
+/// An arm that takes so many times as long as another is not drawn in turn with it, nor are two frames that differ so a
+/// comparison of arms.
 const HOPELESS: f64 = 2.0;
 /// Share of the objects in view that is nearly all of what there is to draw.
 const NEARLY_ALL: f64 = 0.9;
 /// Times of an arm that count.
 const SAMPLES: usize = 5;
-/// Pairs of neighbouring frames that count. Even, as one of two follows the other and bears what the view gained.
+/// Pairs of neighbouring frames that count. Even, so that each arm comes second in half of them: what the view gains
+/// from one frame to the next is held against both.
 const PAIRS: usize = 6;
 /// Of an arm that was away for so many frames the times before that do not count.
 const FORGOTTEN: i64 = 16;
@@ -196,8 +206,7 @@ impl Chooser {
             && self.home != Arm::Frustum
             && let Some(pair) = median(self.pairs.iter().copied())
         {
-            let sign = if arm == Arm::Leaves { 1.0 } else { -1.0 };
-            return Some((sign * pair).exp() * self.expected_ms(self.home, in_view)?);
+            return Some((arm.side() * pair).exp() * self.expected_ms(self.home, in_view)?);
         }
         median(
             samples
@@ -369,10 +378,9 @@ impl Chooser {
             .and_then(|other| self.samples[other.index()].last());
         if let Some(before) = before.filter(|before| before.frame + 1 == frame) {
             let over_other = (ms / self.carried_ms(before, &in_view)).ln();
-            let sign = if plan.arm == Arm::Leaves { 1.0 } else { -1.0 };
             // A jump tells of the view, not of the arms.
             if over_other.abs() < HOPELESS.ln() {
-                push_bounded(&mut self.pairs, sign * over_other, PAIRS);
+                push_bounded(&mut self.pairs, plan.arm.side() * over_other, PAIRS);
             }
         }
         let samples = &mut self.samples[plan.arm.index()];
