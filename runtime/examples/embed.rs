@@ -1,4 +1,4 @@
-//! The smallest host: its own device, targets, pipeline and camera; hroc decides what is drawn.
+//! The smallest host: its own device, targets, pipelines and camera; hroc decides what is drawn.
 //!
 //! `cargo run --release -p hroc-runtime --example embed -- SCENE.hroc [--check]`
 //!
@@ -11,13 +11,15 @@ use hroc_format::BakedScene;
 use hroc_runtime::camera::look_to;
 use hroc_runtime::{
     Camera, CullingMethod, DepthConvention, DeviceProfile, Draw, Drawer, FrameContext,
-    FrameUniform, Hroc, HrocOptions, Noc, Projection, Scene, Targets, Tree, device, readback,
+    FrameUniform, Hroc, HrocOptions, Noc, Projection, Scene, Stage, Targets, Tree, device,
+    readback,
 };
 
 const SIZE: [u32; 2] = [640, 360];
 const FRAMES: u32 = 30;
 
-/// The host's own material: the colour of each object, darker with distance. It must write the object's id.
+/// The host's own material: the colour of each object, darker with distance. It must write the object's id. Baked files
+/// hold no textures, so nothing has holes here; a host that cuts some discards in the same place.
 const SHADER: &str = "//!import common/types
 //!import object
 @group(0) @binding(1) var<storage, read> objects: array<Object>;
@@ -29,15 +31,21 @@ struct Pixel { @location(0) color: vec4f, @location(1) item: u32 }
 }
 @fragment fn fragment(v: Vertex) -> Pixel {
     if (!hroc_keeps(object_bounds[v.object], v.position)) { discard; }
-    return Pixel(unpack4x8unorm(objects[v.object].base_color) * (0.3 + 0.7 * v.position.z), v.object);
+    let base = unpack4x8unorm(objects[v.object].base_color);
+    return Pixel(vec4f(base.rgb * (0.3 + 0.7 * v.position.z), base.a), v.object);
 }";
 
 /// What the host draws with.
 struct Renderer {
     color: wgpu::TextureView,
+    solid: Material,
+    blended: Material,
+    scene: Scene,
+}
+
+struct Material {
     pipeline: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
-    scene: Scene,
 }
 
 impl Drawer for Renderer {
@@ -62,8 +70,12 @@ impl Drawer for Renderer {
             depth_stencil_attachment: Some(draw.depth_attachment()),
             ..Default::default()
         });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.group, &[]);
+        let material = match draw.stage {
+            Stage::RENDER_BLENDED => &self.blended,
+            _ => &self.solid,
+        };
+        pass.set_pipeline(&material.pipeline);
+        pass.set_bind_group(0, &material.group, &[]);
         self.scene.bind_geometry(&mut pass);
         draw.list.record(&mut pass);
     }
@@ -106,7 +118,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     let mut everything = Noc::new(&gpu, &scene, depth);
 
-    // The host's own targets and pipeline.
+    // The host's own targets and pipelines.
     let texture = |format| {
         gpu.create_texture(&wgpu::TextureDescriptor {
             label: None,
@@ -136,11 +148,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
-    let (pipeline, group) = pipeline(&gpu, &scene, &frame_uniform, depth, color_format);
+    let material = |blended| material(&gpu, &scene, &frame_uniform, depth, color_format, blended);
     let mut renderer = Renderer {
         color: views[0].clone(),
-        pipeline,
-        group,
+        solid: material(false),
+        blended: material(true),
         scene: scene.clone(),
     };
 
@@ -210,13 +222,14 @@ fn round_the_scene(scene: &Scene, turn: f64) -> Camera {
     }
 }
 
-fn pipeline(
+fn material(
     gpu: &wgpu::Device,
     scene: &Scene,
     frame_uniform: &wgpu::Buffer,
     depth: DepthConvention,
     color: wgpu::TextureFormat,
-) -> (wgpu::RenderPipeline, wgpu::BindGroup) {
+    blended: bool,
+) -> Material {
     let wgsl = hroc_shaders::resolve(SHADER).expect("the imports exist");
     let module = gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
@@ -226,6 +239,20 @@ fn pipeline(
     let options = wgpu::PipelineCompilationOptions {
         constants: &constants,
         ..Default::default()
+    };
+    // What is blended writes neither depth nor item buffer: it hides nothing.
+    let (blend, item_writes) = if blended {
+        let over = wgpu::BlendState::ALPHA_BLENDING;
+        (Some(over), wgpu::ColorWrites::empty())
+    } else {
+        (None, wgpu::ColorWrites::ALL)
+    };
+    let target = |format, blend, write_mask| {
+        Some(wgpu::ColorTargetState {
+            format,
+            blend,
+            write_mask,
+        })
     };
     let pipeline = gpu.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("material"),
@@ -239,7 +266,7 @@ fn pipeline(
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
             format: Targets::DEPTH_FORMAT,
-            depth_write_enabled: Some(true),
+            depth_write_enabled: Some(!blended),
             depth_compare: Some(depth.nearer()),
             stencil: wgpu::StencilState::default(),
             bias: wgpu::DepthBiasState::default(),
@@ -249,7 +276,10 @@ fn pipeline(
             module: &module,
             entry_point: Some("fragment"),
             compilation_options: options.clone(),
-            targets: &[Some(color.into()), Some(Targets::ITEM_FORMAT.into())],
+            targets: &[
+                target(color, blend, wgpu::ColorWrites::ALL),
+                target(Targets::ITEM_FORMAT, None, item_writes),
+            ],
         }),
         multiview_mask: None,
         cache: None,
@@ -272,5 +302,5 @@ fn pipeline(
             },
         ],
     });
-    (pipeline, group)
+    Material { pipeline, group }
 }

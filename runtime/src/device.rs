@@ -52,7 +52,7 @@ pub fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     wgpu::Limits {
         max_buffer_size: offered.max_buffer_size,
         max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
-        max_storage_buffers_per_shader_stage: 10,
+        max_storage_buffers_per_shader_stage: 9,
         max_texture_dimension_2d: offered.max_texture_dimension_2d,
         ..wgpu::Limits::default()
     }

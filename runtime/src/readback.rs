@@ -1,17 +1,17 @@
-//! Reading results back: for checks, dumps and statistics. Each call submits and waits.
+//! Reading results back: for checks, dumps and statistics. Functions submit and wait each; copies are recorded into
+//! a frame's commands and waited for after they were submitted, so that a frame waits once.
 
 /// The bytes of a buffer made with `COPY_SRC`.
 ///
 /// # Panics
 /// If the device is lost while waiting.
 pub fn buffer(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> Vec<u8> {
-    let staging = staging(device, buffer.size());
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor {
         label: Some("readback"),
     });
-    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+    let copy = BufferCopy::record(device, &mut encoder, buffer);
     queue.submit([encoder.finish()]);
-    map(device, &staging)
+    copy.wait(device)
 }
 
 /// The 32-bit words of a buffer.
@@ -46,6 +46,33 @@ pub fn texture(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Textu
     let copy = TextureCopy::record(device, &mut encoder, texture);
     queue.submit([encoder.finish()]);
     copy.wait(device)
+}
+
+/// A buffer's copy on its way to the host.
+#[derive(Debug)]
+pub struct BufferCopy {
+    staging: wgpu::Buffer,
+}
+
+impl BufferCopy {
+    /// Records the copy, so that the buffer is caught as it is at this point of the frame.
+    pub fn record(
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        buffer: &wgpu::Buffer,
+    ) -> Self {
+        let staging = staging(device, buffer.size());
+        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+        Self { staging }
+    }
+
+    /// The bytes, once the encoder was submitted.
+    ///
+    /// # Panics
+    /// If the device is lost while waiting.
+    pub fn wait(self, device: &wgpu::Device) -> Vec<u8> {
+        map(device, &self.staging)
+    }
 }
 
 /// A texture's copy on its way to the host.

@@ -3,7 +3,7 @@
 
 use hroc_format::{BakedScene, Bounds};
 use hroc_runtime::moving::MovingObjects;
-use hroc_runtime::readback::{self, TextureCopy};
+use hroc_runtime::readback::{self, BufferCopy, TextureCopy};
 use hroc_runtime::{
     Camera, CullingMethod, DepthConvention, DeviceProfile, Draw, Drawer, FrameContext,
     FrameUniform, Marks, Scene, Stage, Targets, Tree,
@@ -332,49 +332,59 @@ impl<'g> Host<'g> {
         };
         method.encode(&mut context, &mut drawer).unwrap();
         let occlusion_map = drawer.occlusion_map.take();
-        let copies = [&self.targets.depth, &self.targets.item_buffer]
+        // All in the frame's own commands: a frame of a small case takes less than the waits of ten readbacks.
+        let mut copy = |buffer: &wgpu::Buffer| BufferCopy::record(device, &mut encoder, buffer);
+        let sets = method.sets();
+        let members = [
+            sets.potential_occluders,
+            sets.effective_occluders,
+            sets.potentially_visible,
+            sets.blended,
+        ]
+        .map(|set| set.map(&mut copy));
+        let others = [sets.group_draw, sets.groups, sets.work, sets.grouping]
+            .map(|buffer| buffer.map(&mut copy));
+        let texels = [&self.targets.depth, &self.targets.item_buffer]
             .map(|texture| TextureCopy::record(device, &mut encoder, texture));
         queue.submit([encoder.finish()]);
-        let [depth, item] = copies.map(|copy| copy.wait(device));
+        let [depth, item] = texels.map(|copy| copy.wait(device));
         self.gpu.check().unwrap();
+        let words = |copy: Option<BufferCopy>| {
+            copy.map_or_else(Vec::new, |copy| {
+                bytemuck::pod_collect_to_vec(&copy.wait(device))
+            })
+        };
+        let [
+            potential_occluders,
+            effective_occluders,
+            potentially_visible,
+            blended,
+        ] = members.map(|set| readback::members_of(&words(set)).collect());
+        let [group_draw, mut groups, work, grouping] = others.map(words);
+        // The second of the indirect arguments: the number of instances.
+        let group_count = group_draw.get(1).copied().unwrap_or(0);
+        groups.truncate(group_count as usize);
+        groups.sort_unstable();
         let blended_shown = self.blended_truth.as_ref().map_or_else(Vec::new, |truth| {
             let shown = truth.shown(self.gpu, &self.scene, camera, targets).unwrap();
             shown.iter().collect()
         });
-        let sets = method.sets();
-        let set = |buffer: Option<&wgpu::Buffer>| {
-            buffer.map_or_else(Vec::new, |buffer| readback::set(device, queue, buffer))
-        };
-        let group_count = sets
-            .group_draw
-            .map_or(0, |buffer| readback::words(device, queue, buffer)[1]);
-        let mut groups = sets
-            .groups
-            .map_or_else(Vec::new, |buffer| readback::words(device, queue, buffer));
-        groups.truncate(group_count as usize);
-        groups.sort_unstable();
-        let work = sets.work.map_or_else(
-            || vec![0; 3],
-            |buffer| readback::words(device, queue, buffer),
-        );
         Frame {
             depth: bytemuck::pod_collect_to_vec(&depth),
             item: bytemuck::pod_collect_to_vec(&item),
             occlusion_map: occlusion_map.map_or_else(Vec::new, |copy| {
                 bytemuck::pod_collect_to_vec(&copy.wait(device))
             }),
-            potential_occluders: set(sets.potential_occluders),
-            effective_occluders: set(sets.effective_occluders),
-            potentially_visible: set(sets.potentially_visible),
-            blended: set(sets.blended),
+            potential_occluders,
+            effective_occluders,
+            potentially_visible,
+            blended,
             blended_shown,
             draw_limits: method.draw_limits(),
             group_count,
             groups,
-            work: [work[0], work[1], work[2]],
-            largest_group_px: sets.grouping.map_or(0.0, |buffer| {
-                f32::from_bits(readback::words(device, queue, buffer)[0])
-            }),
+            work: work.first_chunk().copied().unwrap_or_default(),
+            largest_group_px: grouping.first().map_or(0.0, |px| f32::from_bits(*px)),
         }
     }
 }

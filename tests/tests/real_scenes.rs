@@ -19,15 +19,23 @@ const SIZE: [u32; 2] = [192, 108];
 
 /// The scenes in these folders of `HROC_TEST_SCENES`, if it is set.
 fn scenes(suites: &[&str]) -> Option<Vec<PathBuf>> {
-    let Some(folder) = std::env::var_os("HROC_TEST_SCENES") else {
+    let Some(folder) = std::env::var_os("HROC_TEST_SCENES").map(PathBuf::from) else {
         eprintln!("SKIPPED: HROC_TEST_SCENES names no folder, no real scene was tested");
         return None;
     };
     let mut found = Vec::new();
     let mut folders: Vec<_> = suites
         .iter()
-        .map(|suite| Path::new(&folder).join(suite))
+        .map(|suite| folder.join(suite))
+        .filter(|suite| suite.is_dir())
         .collect();
+    if folders.is_empty() {
+        eprintln!(
+            "SKIPPED: {} has none of the folders {suites:?}",
+            folder.display()
+        );
+        return None;
+    }
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder)
             .unwrap_or_else(|error| panic!("{}: {error}", folder.display()))

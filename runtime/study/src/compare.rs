@@ -153,7 +153,7 @@ impl Comparison {
         }
     }
 
-    /// Adds what another comparison found, on the same machine or another: its commands and machine stand beside these.
+    /// Adds what another comparison found, on the same machine: its commands stand beside these.
     pub fn join(&mut self, other: Self) {
         self.command = format!("{}; {}", self.command, other.command);
         self.skipped.extend(other.skipped);

@@ -239,7 +239,13 @@ impl Chooser {
     }
 
     /// The arm that should take the least, if it is better than `home` by more than may be noise.
-    fn best(&self, expected_ms: &[Option<f64>; 3]) -> Arm {
+    fn best(&self, mut expected_ms: [Option<f64>; 3]) -> Arm {
+        // Where nearly all is drawn whoever draws, culling has little to spare and noise is more than that.
+        if self.full >= SAMPLES
+            && let Some(frustum) = &mut expected_ms[Arm::Frustum.index()]
+        {
+            *frustum *= NEARLY_ALL;
+        }
         let expected = |arm: Arm| expected_ms[arm.index()].unwrap_or(f64::INFINITY);
         let least = |a: &Arm, b: &Arm| expected(*a).total_cmp(&expected(*b));
         let best = Arm::ALL.into_iter().min_by(least).unwrap_or(self.home);
@@ -282,7 +288,7 @@ impl Chooser {
         let first = (self.frame < 2 * COLD).then(|| Arm::ALL[(self.frame % COLD) as usize]);
         let mut expected_ms = self.estimates_ms(&in_view);
         let wanted = first.or(self.follows.take()).unwrap_or_else(|| {
-            let best = self.best(&expected_ms);
+            let best = self.best(expected_ms);
             if best != self.home {
                 (self.home, self.rest) = (best, [REST[0]; 3]);
                 // One is held against the other that culls by which is at home.

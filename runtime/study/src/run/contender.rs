@@ -23,7 +23,7 @@ pub struct Contender {
 }
 
 impl Contender {
-    /// A method in one of its modes, otherwise as published: published grouping, the SAH tree, knobs at their defaults.
+    /// A method in one of its modes, otherwise by default: adaptive grouping, the SAH tree, knobs at their defaults.
     pub fn new(method: &'static Method, mode: &'static Mode) -> Self {
         Self {
             method,
