@@ -1,14 +1,16 @@
 //! Files that appear whole or not at all.
 
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Writes a file through a temporary one beside it, readable as any new file is.
+/// Writes a file through a temporary one beside it, readable as any new file is. A symbolic link stays one: its
+/// target is replaced.
 pub(crate) fn write(
     path: &Path,
     contents: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    let folder = path
+    let target = target(path)?;
+    let folder = target
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
     let mut builder = tempfile::Builder::new();
@@ -23,6 +25,49 @@ pub(crate) fn write(
     contents(&mut out)?;
     let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.as_file().sync_all()?;
-    file.persist(path)?;
+    file.persist(target)?;
     Ok(())
+}
+
+/// The file to replace for `path`.
+fn target(path: &Path) -> io::Result<PathBuf> {
+    // Renaming would put a file in the place of a device or a pipe.
+    if path.metadata().is_ok_and(|found| !found.is_file()) {
+        return Err(io::Error::other(
+            "it is a folder, a device or a pipe; name a file",
+        ));
+    }
+    if path.is_symlink() {
+        path.canonicalize()
+    } else {
+        Ok(path.to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn only_files_are_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        let put = |path: &Path, text: &[u8]| write(path, |out| out.write_all(text));
+        put(&file, b"old").unwrap();
+        assert!(put(folder.path(), b"").is_err());
+        #[cfg(unix)]
+        {
+            let link = folder.path().join("link");
+            std::os::unix::fs::symlink("file", &link).unwrap();
+            put(&link, b"new").unwrap();
+            assert!(link.is_symlink());
+            assert_eq!(fs::read(&file).unwrap(), b"new");
+            // Never the device itself: a test that fails must leave it alone.
+            let null = folder.path().join("null");
+            std::os::unix::fs::symlink("/dev/null", &null).unwrap();
+            assert!(put(&null, b"").is_err() && null.is_symlink());
+        }
+    }
 }

@@ -41,7 +41,7 @@ impl DepthConvention {
         }
     }
 
-    /// The pipeline constants of shaders that import `common/bounds` or `object` of hroc-shaders.
+    /// The pipeline constants of shaders that import `common/depth` of hroc-shaders, as `common/bounds` and `object` do.
     pub const fn constants(self) -> [(&'static str, f64); 1] {
         match self {
             Self::Standard => [("REVERSED_DEPTH", 0.0)],

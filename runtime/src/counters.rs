@@ -16,6 +16,8 @@ const FAILED: u8 = 4;
 struct Slot {
     staging: wgpu::Buffer,
     state: Arc<AtomicU8>,
+    /// What [`Counters::generation`] was when the copy was recorded.
+    generation: u64,
 }
 
 /// Reads back `N` counters of a view, u32 each.
@@ -24,6 +26,8 @@ pub struct Counters<const N: usize> {
     slots: Vec<Slot>,
     next: usize,
     last: Option<[u32; N]>,
+    /// Counts the calls of [`forget`](Self::forget): copies of an earlier one are not taken when they arrive.
+    generation: u64,
 }
 
 /// A copy that was recorded.
@@ -41,11 +45,13 @@ impl<const N: usize> Counters<N> {
                 mapped_at_creation: false,
             }),
             state: Arc::new(AtomicU8::new(FREE)),
+            generation: 0,
         };
         Self {
             slots: (0..SLOTS).map(slot).collect(),
             next: 0,
             last: None,
+            generation: 0,
         }
     }
 
@@ -55,13 +61,14 @@ impl<const N: usize> Counters<N> {
         encoder: &mut wgpu::CommandEncoder,
         counters: [(&wgpu::Buffer, u64); N],
     ) -> Option<CountersCopy> {
-        let slot = &self.slots[self.next];
+        let slot = &mut self.slots[self.next];
         if slot.state.load(Ordering::Acquire) != FREE {
             return None;
         }
         for ((counter, offset), place) in counters.into_iter().zip(0..) {
             encoder.copy_buffer_to_buffer(counter, offset, &slot.staging, 4 * place, 4);
         }
+        slot.generation = self.generation;
         slot.state.store(RECORDED, Ordering::Release);
         let recorded = CountersCopy(self.next);
         self.next = (self.next + 1) % SLOTS;
@@ -86,15 +93,32 @@ impl<const N: usize> Counters<N> {
         }
     }
 
-    /// The newest counters that have arrived, without waiting; `None` before the first ones.
+    /// The newest counters that have arrived, without waiting; `None` before the first ones. The same ones again and
+    /// again until newer ones arrive: see [`arrived`](Self::arrived).
     pub fn latest(&mut self, device: &wgpu::Device) -> Option<[u32; N]> {
+        self.arrived(device);
+        self.last
+    }
+
+    /// The newest of the counters that arrived since the last call of this or of [`latest`](Self::latest), without
+    /// waiting; `None` if none did. For whoever takes every arrival as an observation of its own: the same copy is
+    /// never told twice.
+    pub fn arrived(&mut self, device: &wgpu::Device) -> Option<[u32; N]> {
         // Runs the callbacks of what is done. A lost device shows elsewhere.
         let _ = device.poll(wgpu::PollType::Poll);
+        let mut newest = None;
         for i in 0..SLOTS {
             // From the oldest on.
-            self.take((self.next + i) % SLOTS);
+            newest = self.take((self.next + i) % SLOTS).or(newest);
         }
-        self.last
+        newest
+    }
+
+    /// Forgets what has arrived, and what was recorded and has yet to arrive: as after a camera cut, of which they
+    /// tell nothing.
+    pub fn forget(&mut self) {
+        self.last = None;
+        self.generation += 1;
     }
 
     /// Waits for a copy; `None` if the device fails.
@@ -122,6 +146,7 @@ impl<const N: usize> Counters<N> {
                 });
                 slot.staging.unmap();
                 slot.state.store(FREE, Ordering::Release);
+                let counters = counters.filter(|_| slot.generation == self.generation);
                 if counters.is_some() {
                     self.last = counters;
                 }

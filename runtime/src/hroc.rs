@@ -17,8 +17,8 @@
 
 use crate::batch_occlusion_test::{BatchOcclusionTest, TestBuffers, TestOptions};
 use crate::camera::{CameraError, DepthConvention};
-use crate::counters::Counters;
-use crate::draw::{Draw, DrawRange, Drawer, Targets};
+use crate::counters::{Counters, CountersCopy};
+use crate::draw::{Draw, DrawRange, Drawer};
 use crate::extract_groups::{ExtractBuffers, ExtractGroups, Grouping};
 use crate::filter_occluders::FilterOccluders;
 use crate::frame_uniform::FrameUniform;
@@ -164,7 +164,7 @@ pub struct Hroc {
     blended_list: PackedList,
     marks: Option<MarkBuffers>,
     counters: Option<Counters<2>>,
-    /// Of the last frame.
+    /// Of the last frame, in the mode that drops what exceeds them.
     draw_limits: Option<[u32; 2]>,
     filter: FilterOccluders,
     extract: ExtractGroups,
@@ -266,106 +266,82 @@ impl Hroc {
             .min(self.occluder_list.capacity())
     }
 
-    /// Waits for the length of V's or U's list.
-    fn read_back(&mut self, frame: &mut FrameContext<'_>, which: usize) -> u32 {
-        let lists = [&self.occluder_list, &self.occludee_list];
-        let capacity = lists[which].capacity();
-        let counts = lists.map(|list| (list.count(), 0));
-        let counters = self.counters.as_mut().expect("the mode reads back");
-        let recorded = counters.record(frame.encoder, counts);
-        let submitted = frame.submit();
-        let read = recorded.and_then(|copy| counters.wait(frame.device, copy, submitted));
-        // A device that fails draws nothing either way.
-        read.map_or(capacity, |counts| counts[which].min(capacity))
-    }
-}
-
-/// What the passes of a frame have in common.
-struct Passes<'a> {
-    targets: Targets<'a>,
-    depth: DepthConvention,
-}
-
-impl<'a> Passes<'a> {
-    fn draw<'d>(
-        &self,
-        stage: Stage,
-        list: &'d PackedList,
-        range: DrawRange,
-        marks: Option<&'d MarkBuffers>,
-    ) -> Draw<'d>
-    where
-        'a: 'd,
-    {
-        Draw {
-            stage,
-            clear: stage == Stage::OCCLUSION_MAP,
-            list: list.range(range),
-            targets: self.targets,
-            depth: self.depth,
-            marks: marks.map(MarkBuffers::marks),
-        }
-    }
-}
-
-impl CullingMethod for Hroc {
-    fn name(&self) -> &'static str {
-        "hroc"
-    }
-
-    fn host_sync(&self) -> HostSync {
-        self.options.mode.host_sync()
-    }
-
-    fn encode(
-        &mut self,
-        frame: &mut FrameContext<'_>,
-        drawer: &mut dyn Drawer,
-    ) -> Result<(), CameraError> {
-        let (targets, device, depth) = (frame.targets, frame.device, self.options.depth);
-        let shape = &frame.scene.shape;
-        let uniform = FrameUniform::new(frame.camera, depth, targets.size, shape)?;
-        frame.queue.write_buffer(&self.frame, 0, bytes_of(&uniform));
-        let passes = Passes { targets, depth };
-        let limits = self.options.mode.limits();
+    /// How many commands of V's and of U's list the frame may submit, as far as is known before it begins.
+    fn draw_limits_now(&mut self, device: &wgpu::Device) -> [u32; 2] {
         let late = self.counters.as_mut().and_then(|counters| {
             counters.map_submitted();
             counters.latest(device)
         });
         let late = late.map(|counts| counts.map(|count| self.late_limit(count)));
-        let capacity = self.occluder_list.capacity();
-        let [mut occluder_limit, mut occludee_limit] = match limits {
-            Limits::Capacity | Limits::ReadBack => [capacity; 2],
-            Limits::Late | Limits::LateChecked => late.unwrap_or([capacity; 2]),
-        };
+        let capacity = [self.occluder_list.capacity(); 2];
+        match self.options.mode.limits() {
+            Limits::Capacity | Limits::ReadBack => capacity,
+            Limits::Late | Limits::LateChecked => late.unwrap_or(capacity),
+        }
+    }
 
-        frame.stage(Stage::PACK, |encoder| self.occluder_list.record(encoder));
-        let mut occluder_range = DrawRange::AtMost(occluder_limit);
-        if limits == Limits::ReadBack {
-            occluder_limit = self.read_back(frame, 0);
-            occluder_range = DrawRange::Exactly {
-                first: 0,
-                end: occluder_limit,
-            };
+    /// What to submit of V's or U's list, which was just packed: all that it holds, in modes that wait to read how much
+    /// that is, else no more than `limit`.
+    fn range(&mut self, frame: &mut FrameContext<'_>, which: usize, limit: u32) -> DrawRange {
+        if self.options.mode.limits() != Limits::ReadBack {
+            return DrawRange::AtMost(limit);
         }
-        if let Some(marks) = &mut self.marks {
-            marks.begin(device, frame.encoder, targets.size);
-        }
+        let counts = [&self.occluder_list, &self.occludee_list].map(|list| (list.count(), 0));
+        let counters = self.counters.as_mut().expect("the mode reads back");
+        let copied = counters.record(frame.encoder, counts);
+        let submitted = frame.submit();
+        let read = copied.and_then(|copy| counters.wait(frame.device, copy, submitted));
+        read.map_or(DrawRange::AtMost(limit), |counts| DrawRange::Exactly {
+            first: 0,
+            end: counts[which].min(limit),
+        })
+    }
+
+    /// One pass of the host's.
+    fn draw(
+        &self,
+        frame: &mut FrameContext<'_>,
+        drawer: &mut dyn Drawer,
+        stage: Stage,
+        list: &PackedList,
+        range: DrawRange,
+    ) {
         let marks = self.marks.as_ref();
-        let occluders = passes.draw(
-            Stage::OCCLUSION_MAP,
-            &self.occluder_list,
-            occluder_range,
-            marks,
-        );
-        frame.stage(Stage::OCCLUSION_MAP, |encoder| {
-            drawer.draw(encoder, &occluders)
-        });
-        if shape.object_count == 0 {
-            return Ok(());
+        let draw = Draw {
+            stage,
+            clear: stage == Stage::OCCLUSION_MAP,
+            list: list.range(range),
+            targets: frame.targets,
+            depth: self.options.depth,
+            // What is blended never occludes.
+            marks: marks
+                .filter(|_| stage != Stage::RENDER_BLENDED)
+                .map(MarkBuffers::marks),
+        };
+        frame.stage(stage, |encoder| drawer.draw(encoder, &draw));
+    }
+
+    /// Draws V.
+    fn draw_occluders(
+        &mut self,
+        frame: &mut FrameContext<'_>,
+        drawer: &mut dyn Drawer,
+        limit: u32,
+    ) {
+        frame.stage(Stage::PACK, |encoder| self.occluder_list.record(encoder));
+        let range = self.range(frame, 0, limit);
+        if let Some(marks) = &mut self.marks {
+            marks.begin(frame.device, frame.encoder, frame.targets.size);
         }
+        let (stage, list) = (Stage::OCCLUSION_MAP, &self.occluder_list);
+        self.draw(frame, drawer, stage, list, range);
+    }
+
+    /// From what was drawn to U and what is blended.
+    fn find_occludees(&self, frame: &mut FrameContext<'_>) {
+        let (device, targets) = (frame.device, frame.targets);
         frame.stage(Stage::FILTER_OCCLUDERS, |encoder| {
-            if marks.is_some() {
+            if self.marks.is_some() {
                 let size = self.visible.size();
                 encoder.copy_buffer_to_buffer(&self.visible, 0, &self.effective_occluders, 0, size);
             } else {
@@ -383,78 +359,126 @@ impl CullingMethod for Hroc {
             self.test
                 .record(device, encoder, &targets, &self.group_draw);
         });
+        let has_blended = frame.scene.has_blended;
         frame.stage(Stage::PACK, |encoder| {
             self.occludee_list.record(encoder);
-            if frame.scene.has_blended {
+            if has_blended {
                 self.blended_list.record(encoder);
             }
         });
-        let mut occludee_range = DrawRange::AtMost(occludee_limit);
-        if limits == Limits::ReadBack {
-            occludee_limit = self.read_back(frame, 1);
-            occludee_range = DrawRange::Exactly {
-                first: 0,
-                end: occludee_limit,
-            };
-        }
-        let marks = self.marks.as_ref();
+    }
+
+    /// Draws U. The counts to wait for, in the mode that checks its limits.
+    fn draw_occludees(
+        &mut self,
+        frame: &mut FrameContext<'_>,
+        drawer: &mut dyn Drawer,
+        limit: u32,
+    ) -> Option<Counted> {
+        let range = self.range(frame, 1, limit);
+        let limits = self.options.mode.limits();
         let counts = [&self.occluder_list, &self.occludee_list].map(|list| (list.count(), 0));
         // The counters of a mode that checks them go with what comes before the draw that they may break.
-        let copied = match limits {
+        let copy = match limits {
             Limits::Late | Limits::LateChecked => self
                 .counters
                 .as_mut()
                 .and_then(|counters| counters.record(frame.encoder, counts)),
             Limits::Capacity | Limits::ReadBack => None,
         };
-        let counted = (limits == Limits::LateChecked).then(|| frame.submit());
-        let occludees = passes.draw(
-            Stage::RENDER_OCCLUDEES,
-            &self.occludee_list,
-            occludee_range,
-            marks,
-        );
-        frame.stage(Stage::RENDER_OCCLUDEES, |encoder| {
-            drawer.draw(encoder, &occludees)
+        let counted = (limits == Limits::LateChecked).then(|| Counted {
+            copy,
+            submitted: frame.submit(),
         });
-        if let Some(counted) = counted {
-            // The GPU draws while the host waits for what came before.
-            frame.submit();
-            let counters = self.counters.as_mut().expect("the mode reads back");
-            let read = copied.and_then(|copy| counters.wait(device, copy, counted));
-            let counts = read.unwrap_or([capacity; 2]);
-            let lists = [&self.occluder_list, &self.occludee_list];
-            let limits = [occluder_limit, occludee_limit];
-            for ((list, count), limit) in lists.into_iter().zip(counts).zip(limits) {
-                if count > limit && self.mutant != Mutant::Fallback {
-                    let range = DrawRange::Exactly {
-                        first: limit,
-                        end: count,
-                    };
-                    let rest = passes.draw(Stage::RENDER_OCCLUDEES, list, range, marks);
-                    frame.stage(Stage::RENDER_OCCLUDEES, |encoder| {
-                        drawer.draw(encoder, &rest)
-                    });
+        let (stage, list) = (Stage::RENDER_OCCLUDEES, &self.occludee_list);
+        self.draw(frame, drawer, stage, list, range);
+        counted
+    }
+
+    /// Draws what exceeded the limits.
+    fn make_up(
+        &mut self,
+        frame: &mut FrameContext<'_>,
+        drawer: &mut dyn Drawer,
+        counted: Counted,
+        limits: [u32; 2],
+    ) {
+        // The GPU draws while the host waits for what came before.
+        frame.submit();
+        let counters = self.counters.as_mut().expect("the mode reads back");
+        let copy = counted.copy;
+        let read = copy.and_then(|copy| counters.wait(frame.device, copy, counted.submitted));
+        if self.mutant == Mutant::Fallback {
+            return;
+        }
+        let lists = [&self.occluder_list, &self.occludee_list];
+        for (which, list) in lists.into_iter().enumerate() {
+            let (first, capacity) = (limits[which], list.capacity());
+            let (range, end) = match read {
+                Some(counts) => {
+                    let end = counts[which];
+                    (DrawRange::Exactly { first, end }, end)
                 }
+                // Of a list of unknown length all is drawn once more: that changes nothing of what was drawn before.
+                None => (DrawRange::AtMost(capacity), capacity),
+            };
+            if end > first {
+                self.draw(frame, drawer, Stage::RENDER_OCCLUDEES, list, range);
             }
         }
-        if marks.is_none() {
+    }
+
+    /// The next frame's V, and what is blended over the image.
+    fn finish(&self, frame: &mut FrameContext<'_>, drawer: &mut dyn Drawer) {
+        let (device, targets) = (frame.device, frame.targets);
+        if self.marks.is_none() {
             frame.stage(Stage::FILTER_OCCLUDERS, |encoder| {
                 self.filter.record(device, encoder, &targets, &self.visible);
             });
         }
         if frame.scene.has_blended {
-            let blended = passes.draw(
-                Stage::RENDER_BLENDED,
-                &self.blended_list,
-                DrawRange::AtMost(capacity),
-                None,
-            );
-            frame.stage(Stage::RENDER_BLENDED, |encoder| {
-                drawer.draw(encoder, &blended)
-            });
+            let list = &self.blended_list;
+            let range = DrawRange::AtMost(list.capacity());
+            self.draw(frame, drawer, Stage::RENDER_BLENDED, list, range);
         }
-        self.draw_limits = (limits != Limits::Capacity).then_some([occluder_limit, occludee_limit]);
+    }
+}
+
+/// The lengths of V's and U's lists, under way.
+struct Counted {
+    copy: Option<CountersCopy>,
+    submitted: wgpu::SubmissionIndex,
+}
+
+impl CullingMethod for Hroc {
+    fn name(&self) -> &'static str {
+        "hroc"
+    }
+
+    fn host_sync(&self) -> HostSync {
+        self.options.mode.host_sync()
+    }
+
+    fn encode(
+        &mut self,
+        frame: &mut FrameContext<'_>,
+        drawer: &mut dyn Drawer,
+    ) -> Result<(), CameraError> {
+        let (size, depth) = (frame.targets.size, self.options.depth);
+        let shape = &frame.scene.shape;
+        let uniform = FrameUniform::new(frame.camera, depth, size, shape)?;
+        frame.queue.write_buffer(&self.frame, 0, bytes_of(&uniform));
+        let limits = self.draw_limits_now(frame.device);
+        self.draw_occluders(frame, drawer, limits[0]);
+        if shape.object_count == 0 {
+            return Ok(());
+        }
+        self.find_occludees(frame);
+        if let Some(counted) = self.draw_occludees(frame, drawer, limits[1]) {
+            self.make_up(frame, drawer, counted, limits);
+        }
+        self.finish(frame, drawer);
+        self.draw_limits = (self.options.mode == HrocMode::CrLate).then_some(limits);
         Ok(())
     }
 
@@ -474,9 +498,7 @@ impl CullingMethod for Hroc {
     }
 
     fn draw_limits(&self) -> Option<[u32; 2]> {
-        (self.options.mode == HrocMode::CrLate)
-            .then_some(self.draw_limits)
-            .flatten()
+        self.draw_limits
     }
 
     fn depth(&self) -> DepthConvention {
@@ -485,6 +507,10 @@ impl CullingMethod for Hroc {
 
     fn reset(&mut self, encoder: &mut wgpu::CommandEncoder) {
         encoder.clear_buffer(&self.visible, 0, None);
+        // V is empty now, and U is what V was: limits by what was counted before would drop most of it.
+        if let Some(counters) = &mut self.counters {
+            counters.forget();
+        }
     }
 
     fn memory_bytes(&self) -> u64 {

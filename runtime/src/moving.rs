@@ -110,14 +110,15 @@ fn archived_object(object: &Object) -> ArchivedObject {
     }
 }
 
-fn archived_bounds(bounds: &Bounds) -> ArchivedBounds {
+pub(crate) fn archived_bounds(bounds: &Bounds) -> ArchivedBounds {
     ArchivedBounds {
         min: bounds.min.map(Into::into),
         max: bounds.max.map(Into::into),
     }
 }
 
-const NO_BOUNDS: Bounds = Bounds {
+/// Of a place with no object in it: inside out, as the shaders ask.
+pub(crate) const NO_BOUNDS: Bounds = Bounds {
     min: [f32::MAX; 3],
     max: [f32::MIN; 3],
 };

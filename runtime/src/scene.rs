@@ -4,10 +4,11 @@ use std::mem::size_of;
 
 use bytemuck::{NoUninit, cast_slice};
 use glam::DVec3;
-use hroc_format::{ArchivedScene, Bounds, BvhNode, Mesh, Object, object_flags};
+use hroc_format::{ArchivedBounds, ArchivedScene, BvhNode, Mesh, Object, object_flags};
 
 use crate::device::DeviceProfile;
 use crate::gpu;
+use crate::moving::{NO_BOUNDS, archived_bounds};
 
 /// A scene that does not fit the device, or has no such tree.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -113,7 +114,7 @@ pub struct Scene {
     pub indices: wgpu::Buffer,
     /// Storage: `array<Object>` of common/types.wgsl.
     pub objects: wgpu::Buffer,
-    /// Storage: `array<Bounds>`, world bounds per object.
+    /// Storage: `array<Bounds>`, world bounds per object; inside out in places without an object.
     pub object_bounds: wgpu::Buffer,
     /// Storage: `array<Mesh>`.
     pub meshes: wgpu::Buffer,
@@ -188,7 +189,6 @@ impl Scene {
             .checked_add(moving_capacity)
             .filter(|&count| count < hroc_format::NO_OBJECT)
             .ok_or(UploadError::TooManyObjects { moving_capacity })?;
-        let per_object = |bytes: u64| u64::from(shape.object_count) * bytes;
         let [opaque, blended] = classes(baked, shape.object_words());
         let has_blended = blended.iter().any(|word| *word != 0);
         Ok(Self {
@@ -210,14 +210,15 @@ impl Scene {
                 device,
                 "objects",
                 cast_slice(baked.objects.as_slice()),
-                per_object(size_of::<Object>() as u64),
+                u64::from(shape.object_count) * size_of::<Object>() as u64,
                 Usage::STORAGE,
             )?,
             object_bounds: upload(
                 device,
                 "object bounds",
-                cast_slice(baked.object_bounds.as_slice()),
-                per_object(size_of::<Bounds>() as u64),
+                // After the larger objects: places beyond the device's limits are refused before these are made.
+                cast_slice(&bounds_with_places(baked, moving_capacity)),
+                0,
                 Usage::STORAGE,
             )?,
             meshes: upload(
@@ -255,6 +256,12 @@ impl Scene {
                 + self.blended.size(),
         ]
     }
+}
+
+/// The bounds of a bake's objects, then those of `places` without an object.
+fn bounds_with_places(baked: &ArchivedScene, places: u32) -> Vec<ArchivedBounds> {
+    let no_bounds = vec![archived_bounds(&NO_BOUNDS); places as usize];
+    [baked.object_bounds.as_slice(), &no_bounds].concat()
 }
 
 /// The opaque and the blended objects of a bake, one bit per object in `words` words each.

@@ -18,6 +18,8 @@ macro_rules! modules {
 modules! {
     "common/types",
     "common/frame",
+    "common/depth",
+    "common/pyramid",
     "common/bounds",
     "common/raster_box",
     "common/object_bounds",

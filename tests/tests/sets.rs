@@ -3,7 +3,7 @@
 
 use hroc_runtime::twin::extract_groups::{TreeView, extract_groups};
 use hroc_runtime::{
-    DepthConvention, FrameUniform, Grouping, Hroc, HrocMode, HrocOptions, readback,
+    CullingMethod, DepthConvention, FrameUniform, Grouping, Hroc, HrocMode, HrocOptions, readback,
 };
 use hroc_study::hard_cases::{CASES, Scale};
 use hroc_tests::gpu;
@@ -194,4 +194,76 @@ fn a_still_camera_settles() {
             }
         }
     }
+}
+
+/// Before the first object is inserted, no place for one makes a group.
+#[test]
+fn places_without_objects_are_in_no_group() {
+    let Some(gpu) = gpu() else { return };
+    let mut places = 0;
+    for case in CASES {
+        let scene = (case.make)(Scale::Small);
+        let world = World::of_case(gpu, &scene);
+        let shape = world.scene.shape;
+        for (bounds, place) in world.moving_bounds(gpu).iter().zip(0..) {
+            let inside_out = (0..3).all(|axis| bounds.min[axis] > bounds.max[axis]);
+            assert!(inside_out, "{} place {place}: {bounds:?}", case.name);
+            places += 1;
+        }
+        if shape.moving_capacity() == 0 {
+            continue;
+        }
+        let mut host = Host::new(gpu, &world, SIZE, DepthConvention::Reversed);
+        let options = HrocOptions::default();
+        let mut hroc = Hroc::new(&gpu.device, &world.scene, &world.trees[0], options);
+        for (number, shown) in scene.frames.iter().enumerate() {
+            let groups = host.render_frame(&mut hroc, shown).groups;
+            assert!(
+                groups.iter().all(|group| *group < shape.node_count()),
+                "{} frame {number}: {groups:?}",
+                case.name
+            );
+        }
+    }
+    assert!(places > 0, "no case has objects that move");
+}
+
+/// After a cut V is empty and U holds what V held: no count of before says how much that is, arrived or under way.
+#[test]
+fn a_reset_forgets_late_counts() {
+    let Some(gpu) = gpu() else { return };
+    let mut limited = 0;
+    for case in CASES {
+        let scene = (case.make)(Scale::Small);
+        let world = World::of_case(gpu, &scene);
+        let capacity = world.scene.shape.object_count;
+        let mut host = Host::new(gpu, &world, SIZE, DepthConvention::Reversed);
+        let still = &scene.frames[0];
+        let options = HrocOptions {
+            mode: HrocMode::CrLate,
+            ..Default::default()
+        };
+        let mut hroc = Hroc::new(&gpu.device, &world.scene, &world.trees[0], options);
+        // Nothing is counted before the first frame: no limit drops anything.
+        let first = host.render_frame(&mut hroc, still);
+        let last = (0..3)
+            .map(|_| host.render_frame(&mut hroc, still))
+            .last()
+            .unwrap();
+        if last.draw_limits.is_none_or(|[_, u]| u == capacity) {
+            continue;
+        }
+        limited += 1;
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        hroc.reset(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        let after = host.render_frame(&mut hroc, still);
+        assert_eq!(after.draw_limits, Some([capacity; 2]), "{}", case.name);
+        assert!(after.potential_occluders.is_empty(), "{}", case.name);
+        assert!(after.depth == first.depth, "{}", case.name);
+    }
+    assert!(
+        limited > 0,
+        "no case has more objects than a limit lets pass"
+    );
 }

@@ -11,7 +11,7 @@ use hroc_format::ArchivedScene;
 use hroc_runtime::twin::bounds::{in_frustum, nearest_along};
 use hroc_runtime::{
     CameraError, Counters, CullingMethod, DepthConvention, Drawer, FilterOccluders, FrameContext,
-    FrameUniform, HostSync, Hroc, HrocOptions, Scene, Sets, Stage, Tree,
+    FrameUniform, HostSync, Hroc, HrocMode, HrocOptions, Scene, Sets, Stage, Tree,
 };
 
 use self::chooser::{Arm, Chooser, InView};
@@ -41,7 +41,8 @@ pub struct Auto {
 }
 
 impl Auto {
-    /// Over `scene`, baked as `baked`, with its hierarchy `tree`, on a device with these `hardware` times.
+    /// Over `scene`, baked as `baked`, with its hierarchy `tree`, on a device with these `hardware` times. Of HROC's modes
+    /// it takes [`HrocMode::Of`], whatever the options say: the one that neither waits nor drops a draw.
     pub fn new(
         device: &wgpu::Device,
         scene: &Scene,
@@ -51,6 +52,10 @@ impl Auto {
         hardware: HardwareTimes,
     ) -> Self {
         let host_tree = HostTree::new(baked, &tree.split);
+        let options = HrocOptions {
+            mode: HrocMode::Of,
+            ..options
+        };
         Self {
             chooser: Chooser::new(),
             contents: Contents::new(baked, &host_tree),
@@ -148,7 +153,7 @@ impl CullingMethod for Auto {
         let depth = self.groups.depth();
         let uniform = FrameUniform::new(frame.camera, depth, size, &frame.scene.shape)?;
         self.counters.map_submitted();
-        if let Some([first, second]) = self.counters.latest(frame.device) {
+        if let Some([first, second]) = self.counters.arrived(frame.device) {
             let drawn = f64::from(first) + f64::from(second);
             self.chooser.drew(drawn / self.objects_in_view.max(1.0));
         }
@@ -208,6 +213,7 @@ impl CullingMethod for Auto {
     fn reset(&mut self, encoder: &mut wgpu::CommandEncoder) {
         self.groups.reset(encoder);
         self.leaves.reset(encoder);
+        self.counters.forget();
     }
 
     fn memory_bytes(&self) -> u64 {

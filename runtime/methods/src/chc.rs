@@ -149,14 +149,14 @@ impl CoherentCulling {
         1 + self.random % most
     }
 
-    /// A leaf shows, and so do all above it.
-    fn pull_up(&mut self, leaf: u32) {
+    /// A node shows, and so do all above it.
+    fn pull_up(&mut self, node: u32) {
         let (frame, states) = (self.frame, &mut self.states);
-        self.tree.pull_up(leaf, |n| {
+        self.tree.pull_up(node, |n| {
             let state = &mut states[n as usize];
             // Above a node that was seen visible in this frame all are.
             let was_marked = state.visible && state.last_visited == frame;
-            if !was_marked || n == leaf {
+            if !was_marked || n == node {
                 (state.visible, state.last_visited, state.hidden_frames) = (true, frame, 0);
             }
             was_marked
@@ -318,14 +318,17 @@ impl CoherentCulling {
                     self.counts.wasted += 1;
                     match question.nodes[..] {
                         [n] => {
+                            self.pull_up(n);
                             if self.tree.is_leaf(n) {
-                                self.pull_up(n);
                                 self.ask_later(n);
                             }
                             self.open(uniform, n, queue);
                         }
                         _ => {
                             for n in question.nodes {
+                                // One of them shows. Half of its record keeps it from failing with the same others
+                                // time and again.
+                                self.states[n as usize].hidden_frames /= 2;
                                 if self.tree.is_leaf(n) {
                                     self.doubtful.push(n);
                                 } else {
@@ -396,6 +399,9 @@ impl CullingMethod for CoherentCulling {
             }
             self.waves.draw(frame, drawer);
             if is_last {
+                // As long as nobody waits they are noted anew in every frame.
+                self.leaf_questions.sort_unstable();
+                self.leaf_questions.dedup();
                 break;
             }
             questions.extend(self.grouped(hidden));

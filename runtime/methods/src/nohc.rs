@@ -35,6 +35,8 @@ struct NodeState {
 struct Estimate {
     render_ms: f64,
     query_ms: f64,
+    /// The chance that it is hidden (p_o).
+    occlusion: f64,
     /// C and B of section 4.1.
     benefit_ms: f64,
 }
@@ -91,10 +93,14 @@ impl NearOptimalCulling {
         }
     }
 
+    /// It was not visited in the last frame: it comes into view, or out from behind what hid all of a node above it.
+    fn has_entered(&self, n: u32) -> bool {
+        self.states[n as usize].last_visited + 1 != self.frame
+    }
+
     /// It was visited in the last frame and did not show.
     fn was_occluded(&self, n: u32) -> bool {
-        let state = &self.states[n as usize];
-        state.last_visited + 1 == self.frame && !state.visible
+        !self.has_entered(n) && !self.states[n as usize].visible
     }
 
     /// Times and benefit of a node whose box covers `area_px`, where `covered` of the screen is covered in front.
@@ -115,10 +121,9 @@ impl NearOptimalCulling {
         } else {
             0.0
         };
-        let state = &self.states[n as usize];
-        let occlusion = if state.last_visited + 1 != self.frame {
+        let occlusion = if self.has_entered(n) {
             covering
-        } else if state.visible {
+        } else if self.states[n as usize].visible {
             0.5 * covering * covering
         } else {
             1.0
@@ -127,6 +132,7 @@ impl NearOptimalCulling {
         Estimate {
             render_ms,
             query_ms,
+            occlusion,
             benefit_ms: occlusion * (render_ms - query_ms) / levels,
         }
     }
@@ -168,9 +174,13 @@ impl NearOptimalCulling {
         if hidden.is_some() || self.was_occluded(n) {
             return true;
         }
-        let state = &self.states[n as usize];
-        let frames = f64::from(self.frame - state.last_asked);
-        if node.query_ms > frames * node.benefit_ms {
+        let pays = if self.has_entered(n) {
+            node.query_ms + (1.0 - node.occlusion) * node.render_ms < node.render_ms
+        } else {
+            let frames = f64::from(self.frame - self.states[n as usize].last_asked);
+            node.query_ms <= frames * node.benefit_ms
+        };
+        if !pays {
             return false;
         }
         if children.is_empty() || below.iter().any(|child| child.render_ms < child.query_ms) {
@@ -287,12 +297,15 @@ impl CullingMethod for NearOptimalCulling {
                 let asks = placement != Placement::Open
                     && self.is_reasonable(&uniform, node, area_px, walk.covered, hidden.as_deref());
                 let waits = asks && (hidden.is_some() || self.was_occluded(node));
+                let has_entered = self.has_entered(node);
                 let state = &mut self.states[node as usize];
                 state.last_visited = self.frame;
-                // Where it is not asked about it counts as asked and found visible.
                 state.visible = !asks;
-                if asks {
+                // What comes into view counts as asked about even if it is not.
+                if asks || has_entered {
                     state.last_asked = self.frame;
+                }
+                if asks {
                     questions.push(Question {
                         node,
                         area_px,
@@ -323,7 +336,7 @@ impl CullingMethod for NearOptimalCulling {
                         area_px,
                         waits,
                     } = question;
-                    self.counts.wasted += u32::from(shows);
+                    self.counts.wasted += u32::from(shows && waits);
                     self.states[node as usize].visible = shows;
                     if shows && self.tree.is_leaf(node) {
                         self.pull_up(node);

@@ -17,7 +17,8 @@ pub use trees::{SceneTrees, TreeStatistics};
 
 use crate::error::StudyError;
 use crate::gpu::{Gpu, GpuError};
-use crate::results::RunResults;
+use crate::hash;
+use crate::results::{AdapterInfo, RunResults};
 use crate::run::{Contender, Course, run_all};
 
 /// The version of `results.json`.
@@ -207,7 +208,7 @@ impl Comparison {
     }
 
     /// Takes over from `earlier` what it found of `course`, if that is what would be found now: by the same contenders
-    /// over the same frames of a scene of the same size on the same adapter.
+    /// over the same frames of the same scene on the same machine with the same program.
     pub fn take_over(
         &mut self,
         earlier: &Self,
@@ -227,15 +228,22 @@ impl Comparison {
         let labels = contenders.iter().map(Contender::label);
         let ran = runs.iter().map(|run| run.label());
         let all = ran.chain(skipped.iter().map(|skipped| skipped.contender.clone()));
+        // The scene's hash takes longest to find out.
+        let scene_hash = std::cell::LazyCell::new(|| hash::text(hash::scene(baked)));
+        let path_hash = hash::text(hash::path(&course.path));
+        let adapter = AdapterInfo::of(&gpu.info);
         let same = |run: &&RunResults| {
             run.scene.file_bytes == baked.file_bytes().len() as u64
-                && run.adapter.name == gpu.info.name
+                && run.adapter == adapter
+                && run.path_hash.as_ref() == Some(&path_hash)
                 && (run.frames, run.repeats, run.size)
                     == (course.frames, course.repeats, course.size)
                 && run.depth == course.depth.name()
                 && run.errors().is_some() == course.check
+                && run.scene.hash.as_ref() == Some(&*scene_hash)
         };
-        let is_same = !runs.is_empty()
+        let is_same = self.host == earlier.host
+            && !runs.is_empty()
             && runs.iter().all(same)
             && all.collect::<BTreeSet<_>>() == labels.collect::<BTreeSet<_>>();
         if is_same {

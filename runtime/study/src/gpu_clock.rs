@@ -6,8 +6,9 @@ use hroc_runtime::{Stage, StageObserver, readback};
 
 use crate::gpu::{Gpu, GpuError};
 
-/// Timestamps per frame: far more than any method has stage boundaries.
-const CAPACITY: u32 = 64;
+/// Timestamps per frame. Methods that wait within a frame have a few stages for each wait, and up to about a hundred
+/// waits.
+const CAPACITY: u32 = wgpu::QUERY_SET_MAX_QUERIES;
 /// Work of which host and device agree on the duration must last this long, so that the submission, about
 /// 0.1 ms, does not count.
 const PROBE_MS: f64 = 10.0;
@@ -175,6 +176,8 @@ impl GpuClock {
 pub struct GpuStageClock<'a> {
     clock: &'a GpuClock,
     stages: Vec<Stage>,
+    /// A stage found no more place.
+    overflowed: bool,
 }
 
 impl<'a> GpuStageClock<'a> {
@@ -183,6 +186,7 @@ impl<'a> GpuStageClock<'a> {
         Self {
             clock,
             stages: Vec::new(),
+            overflowed: false,
         }
     }
 
@@ -192,19 +196,22 @@ impl<'a> GpuStageClock<'a> {
     }
 
     /// Milliseconds of each stage in the order they ran, and from the first one's begin to the last one's end;
-    /// once the frame was submitted.
-    pub fn read(self, gpu: &Gpu) -> (Vec<(Stage, f64)>, f64) {
+    /// once the frame was submitted. `None` of a frame with more stages than the clock can time.
+    pub fn read(self, gpu: &Gpu) -> Option<(Vec<(Stage, f64)>, f64)> {
+        if self.overflowed {
+            return None;
+        }
         let times = self.clock.read(gpu, self.written());
         let stages = self.stages.iter().zip(times.chunks_exact(2));
         let stages = stages
             .map(|(&stage, span)| (stage, (span[1] - span[0]).max(0.0)))
             .collect();
-        (stages, times.last().copied().unwrap_or(0.0))
+        Some((stages, times.last().copied().unwrap_or(0.0)))
     }
 
-    /// Timestamps so far. A stage past the capacity is left out.
+    /// Timestamps so far, which are no more than there is place for.
     fn written(&self) -> u32 {
-        (2 * self.stages.len() as u32).min(CAPACITY)
+        2 * self.stages.len() as u32
     }
 }
 
@@ -219,6 +226,8 @@ impl StageObserver for GpuStageClock<'_> {
         if self.written() < CAPACITY {
             encoder.write_timestamp(&self.clock.queries, self.written() + 1);
             self.stages.push(stage);
+        } else {
+            self.overflowed = true;
         }
     }
 }

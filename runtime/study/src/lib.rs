@@ -14,6 +14,7 @@ pub mod frustum;
 pub mod gpu;
 pub mod gpu_clock;
 pub mod hard_cases;
+pub mod hash;
 pub mod id_set;
 pub mod image;
 pub mod metrics;

@@ -1,7 +1,7 @@
 //! Result files: opened before the work begins, in place only when they are complete.
 
 use std::fs;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
@@ -12,27 +12,20 @@ use crate::error::StudyError;
 #[derive(Debug)]
 pub struct OutputFile {
     path: PathBuf,
+    /// Where `path` leads to.
+    target: PathBuf,
     temporary: NamedTempFile,
 }
 
 impl OutputFile {
-    /// Makes sure that `path` can be written, before time is spent on its contents.
+    /// Makes sure that `path` can be written, before time is spent on its contents. A symbolic link stays one: its
+    /// target is replaced.
     ///
     /// # Errors
-    /// If it cannot.
+    /// If it cannot, or is a folder, a device or a pipe.
     pub fn create(path: &Path) -> Result<Self, StudyError> {
-        let refused = |reason: &str| {
-            Err(StudyError::output(path)(std::io::Error::other(
-                reason.to_owned(),
-            )))
-        };
-        if path.is_dir() {
-            return refused("it is a folder");
-        }
-        if path.file_name().is_none() {
-            return refused("it has no file name");
-        }
-        let folder = match path.parent() {
+        let target = target(path).map_err(StudyError::output(path))?;
+        let folder = match target.parent() {
             Some(folder) if folder != Path::new("") => folder,
             _ => Path::new("."),
         };
@@ -49,6 +42,7 @@ impl OutputFile {
             .map_err(StudyError::output(path))?;
         Ok(Self {
             path: path.into(),
+            target,
             temporary,
         })
     }
@@ -57,14 +51,56 @@ impl OutputFile {
     ///
     /// # Errors
     /// If the disk is full or the place was taken away.
-    pub fn finish(mut self, contents: &[u8]) -> Result<(), StudyError> {
-        self.temporary
-            .write_all(contents)
-            .map_err(StudyError::output(&self.path))?;
-        match self.temporary.persist(&self.path) {
-            Ok(_) => Ok(()),
-            Err(error) => Err(StudyError::output(&self.path)(error.error)),
+    pub fn finish(self, contents: &[u8]) -> Result<(), StudyError> {
+        self.put(contents, true)
+    }
+
+    /// Like [`finish`](Self::finish), without the wait for the disk: after a power failure the file may be there
+    /// without its contents. For what is checked when it is read, and can be made again.
+    ///
+    /// # Errors
+    /// Likewise.
+    pub fn finish_unsynced(self, contents: &[u8]) -> Result<(), StudyError> {
+        self.put(contents, false)
+    }
+
+    fn put(self, contents: &[u8], sync: bool) -> Result<(), StudyError> {
+        let Self {
+            path,
+            target,
+            mut temporary,
+        } = self;
+        let written = temporary.write_all(contents).and_then(|()| {
+            if sync {
+                temporary.as_file().sync_all()?;
+            }
+            temporary.persist(target).map_err(|error| error.error)
+        });
+        written.map(drop).map_err(StudyError::output(path))
+    }
+}
+
+/// The file to replace for `path`.
+fn target(path: &Path) -> io::Result<PathBuf> {
+    let refused = |reason| Err(io::Error::other(reason));
+    match path.metadata() {
+        Ok(found) if found.is_dir() => return refused("it is a folder"),
+        // Renaming would put a file in the place of a device or a pipe.
+        Ok(found) if !found.is_file() => {
+            return refused(
+                "it is a device or a pipe, not a file (for JSON on the standard output: -)",
+            );
         }
+        _ => {}
+    }
+    let target = if path.is_symlink() {
+        path.canonicalize()?
+    } else {
+        path.to_owned()
+    };
+    match target.file_name() {
+        Some(_) => Ok(target),
+        None => refused("it has no file name"),
     }
 }
 
@@ -128,11 +164,36 @@ mod tests {
         create_folder(&folder.path().join("a/b")).unwrap();
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn links_stay_and_devices_and_pipes_are_refused() {
+        use std::os::fd::AsRawFd;
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let [link, file] = ["link.json", "file.json"].map(|name| folder.path().join(name));
+        symlink("file.json", &link).unwrap();
+        assert!(OutputFile::create(&link).is_err(), "a link to nothing");
+        fs::write(&file, b"old").unwrap();
+        OutputFile::create(&link).unwrap().finish(b"new").unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+
+        let null = folder.path().join("null");
+        symlink("/dev/null", &null).unwrap();
+        let (_reader, pipe) = io::pipe().unwrap();
+        let pipe_path = PathBuf::from(format!("/dev/fd/{}", pipe.as_raw_fd()));
+        for path in [null, PathBuf::from("/dev/null"), pipe_path] {
+            let error = OutputFile::create(&path).unwrap_err().to_string();
+            let parts = [path.to_str().unwrap(), "device or a pipe", "another place"];
+            assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+        }
+    }
+
     #[test]
     fn a_png_reads_back() {
         let texels = (0..24).collect::<Vec<u8>>();
         let file = png(&texels, [3, 2]);
-        let mut reader = png::Decoder::new(std::io::Cursor::new(file))
+        let mut reader = png::Decoder::new(io::Cursor::new(file))
             .read_info()
             .unwrap();
         let mut back = vec![0; 24];

@@ -227,13 +227,14 @@ impl Method {
                         ),
                     }
                 })?;
+            // Methods take many of them as f32, which has no place for more.
             let value = value
                 .parse::<f64>()
                 .ok()
-                .filter(|v| v.is_finite() && *v >= 0.0);
+                .filter(|&v| (v as f32).is_finite() && v >= 0.0);
             knobs.set(
                 knob,
-                value.ok_or_else(|| format!("--knob {text}: a number from 0 up is wanted"))?,
+                value.ok_or_else(|| format!("--knob {text}: a number from 0 to 3e38 is wanted"))?,
             );
         }
         Ok(knobs)
@@ -338,6 +339,7 @@ mod tests {
             "late-margin",
             "late-margin=-1",
             "late-margin=nan",
+            "box-cost=1e39",
             "margin=1",
         ] {
             assert!(turned(wrong).is_err(), "{wrong}");

@@ -20,6 +20,9 @@ pub struct RunResults {
     /// Camera path: `walk-in`, `orbit` or a file's name.
     #[serde(default)]
     pub path: String,
+    /// Of the camera path, see [`hash`](crate::hash); `None` in results of before there was one.
+    #[serde(default)]
+    pub path_hash: Option<String>,
     pub method: String,
     /// `None` for a method without modes.
     pub mode: Option<String>,
@@ -87,6 +90,9 @@ pub struct SceneInfo {
     /// As drawn: a mesh counts for each object that draws it.
     pub triangles: u64,
     pub file_bytes: u64,
+    /// Of the baked file, see [`hash`](crate::hash); `None` in results of before there was one.
+    #[serde(default)]
+    pub hash: Option<String>,
 }
 
 /// What a run ran on.
@@ -285,7 +291,7 @@ pub struct Counters {
 }
 
 impl RunResults {
-    /// Method and mode in words, then what is not as published: grouping, tree, knobs.
+    /// Method and mode in words, then what is not as by default: grouping, tree, knobs.
     pub fn label(&self) -> String {
         crate::run::label(
             &self.method,
@@ -376,8 +382,10 @@ pub(crate) mod tests {
                 objects: 10,
                 triangles: 120,
                 file_bytes: 4096,
+                hash: Some(crate::hash::text(1)),
             },
             path: "walk-in".into(),
+            path_hash: Some(crate::hash::text(2)),
             method: "hroc".into(),
             mode: Some("of".into()),
             exactness: "exact".into(),
@@ -438,9 +446,9 @@ pub(crate) mod tests {
         for (at, expected) in [
             (
                 "",
-                "schema scene path method mode exactness knobs grouping box_cost split size frames repeats depth adapter paths memory_bytes warnings per_frame",
+                "schema scene path path_hash method mode exactness knobs grouping box_cost split size frames repeats depth adapter paths memory_bytes warnings per_frame",
             ),
-            ("/scene", "name objects triangles file_bytes"),
+            ("/scene", "name objects triangles file_bytes hash"),
             ("/adapter", "name driver backend"),
             ("/paths", "submission early_z subpixel_step_px clock"),
             ("/per_frame/0/sets", "V O G U D"),
@@ -458,6 +466,12 @@ pub(crate) mod tests {
             assert_eq!(found, sorted(expected), "{at}");
         }
         assert!(value["per_frame"][0]["sets"]["O"].is_null());
+        // Results of before there were hashes.
+        let mut old = value.clone();
+        old.as_object_mut().unwrap().remove("path_hash");
+        old["scene"].as_object_mut().unwrap().remove("hash");
+        let old = serde_json::from_value::<RunResults>(old).unwrap();
+        assert_eq!((old.path_hash, old.scene.hash), (None, None));
         assert_eq!(value["warnings"][1]["kind"], "no_warm_up");
     }
 

@@ -34,6 +34,7 @@ use self::bench::Bench;
 use self::entrant::Entrant;
 use crate::error::StudyError;
 use crate::gpu::Gpu;
+use crate::hash;
 use crate::image::Image;
 use crate::results::{
     AdapterInfo, Hardware, Memory, Paths, RunResults, SCHEMA, SceneInfo, WARM_UP_FRAMES, Warning,
@@ -124,8 +125,10 @@ fn results(bench: &Bench<'_>, warnings: &[Warning], entrant: Entrant<'_>) -> Run
             objects: scene.objects.len(),
             triangles: scene.drawn_triangle_count(),
             file_bytes: bench.baked.file_bytes().len() as u64,
+            hash: Some(hash::text(bench.scene_hash)),
         },
         path: course.path_name.clone(),
+        path_hash: Some(hash::text(hash::path(&course.path))),
         method: contender.method.name.to_owned(),
         mode: (!contender.mode.name.is_empty()).then(|| contender.mode.name.to_owned()),
         exactness: contender.mode.exactness.name().to_owned(),

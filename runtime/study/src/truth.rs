@@ -5,7 +5,7 @@
 
 use std::fs::{self, File};
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::SystemTime;
 
 use xxhash_rust::xxh3::{Xxh3Default, xxh3_64};
@@ -15,6 +15,8 @@ use crate::output::OutputFile;
 
 /// The cache's files together; beyond it the ones used longest ago go.
 pub const MAX_CACHE_BYTES: u64 = 4 << 30;
+/// What one run may store before the cache is brought back to its limit.
+const EVICT_EVERY_BYTES: u64 = 256 << 20;
 const MAGIC: [u8; 8] = *b"HROCTRU1";
 const EXTENSION: &str = "truth";
 /// Magic, key, checksum of the pixels.
@@ -63,6 +65,7 @@ impl TruthKey {
 pub struct TruthCache {
     folder: PathBuf,
     max_bytes: u64,
+    evict_every_bytes: u64,
 }
 
 impl TruthCache {
@@ -71,6 +74,7 @@ impl TruthCache {
         Self {
             folder,
             max_bytes: MAX_CACHE_BYTES,
+            evict_every_bytes: EVICT_EVERY_BYTES,
         }
     }
 
@@ -109,11 +113,11 @@ impl TruthCache {
         })
     }
 
-    /// Keeps the frame with the uniform `frame`.
+    /// Keeps the frame with the uniform `frame`; how many bytes that took.
     ///
     /// # Errors
     /// Why it could not be kept; to warn with.
-    pub fn store(&self, key: &TruthKey, frame: &[u8], image: &Image) -> Result<(), String> {
+    fn store(&self, key: &TruthKey, frame: &[u8], image: &Image) -> Result<u64, String> {
         let warn = |error: &dyn std::fmt::Display| format!("the truth is not cached: {error}");
         fs::create_dir_all(&self.folder)
             .map_err(|error| warn(&format!("{}: {error}", self.folder.display())))?;
@@ -123,11 +127,13 @@ impl TruthCache {
             .concat();
         let entry = [&entry_header(id, &pixels)[..], &pixels].concat();
         let file = OutputFile::create(&self.path(id)).map_err(|error| warn(&error))?;
-        file.finish(&entry).map_err(|error| warn(&error))
+        // Entries carry a checksum.
+        file.finish_unsynced(&entry).map_err(|error| warn(&error))?;
+        Ok(entry.len() as u64)
     }
 
     /// Removes the entries used longest ago until the rest fits.
-    pub fn evict(&self) {
+    fn evict(&self) {
         let Ok(entries) = fs::read_dir(&self.folder) else {
             return;
         };
@@ -160,10 +166,54 @@ impl TruthCache {
             .join(format!("{id:032x}"))
             .with_extension(EXTENSION)
     }
+}
 
-    /// Where the entries lie.
-    pub fn folder(&self) -> &Path {
-        &self.folder
+/// What a run adds to the cache, which stays within its limit meanwhile and thereafter.
+#[derive(Debug)]
+pub struct TruthStore<'a> {
+    cache: &'a TruthCache,
+    /// Bytes stored since the last eviction.
+    pending_bytes: u64,
+}
+
+impl<'a> TruthStore<'a> {
+    /// One that has stored nothing.
+    pub const fn new(cache: &'a TruthCache) -> Self {
+        Self {
+            cache,
+            pending_bytes: 0,
+        }
+    }
+
+    /// See [`TruthCache::load`].
+    pub fn load(&self, key: &TruthKey, frame: &[u8]) -> Option<Image> {
+        self.cache.load(key, frame)
+    }
+
+    /// Keeps the frame with the uniform `frame`. Now and then, and when the store is dropped, the entries used longest
+    /// ago make room.
+    ///
+    /// # Errors
+    /// Why it could not be kept; to warn with.
+    pub fn store(&mut self, key: &TruthKey, frame: &[u8], image: &Image) -> Result<(), String> {
+        self.pending_bytes += self.cache.store(key, frame, image)?;
+        if self.pending_bytes >= self.cache.evict_every_bytes {
+            self.evict();
+        }
+        Ok(())
+    }
+
+    fn evict(&mut self) {
+        self.cache.evict();
+        self.pending_bytes = 0;
+    }
+}
+
+impl Drop for TruthStore<'_> {
+    fn drop(&mut self) {
+        if self.pending_bytes > 0 {
+            self.evict();
+        }
     }
 }
 
@@ -235,6 +285,7 @@ mod tests {
         let cache = TruthCache {
             folder: folder.path().into(),
             max_bytes: 2 * entry_bytes,
+            evict_every_bytes: u64::MAX,
         };
         let frame = u32::to_le_bytes;
         for i in 0..4 {
@@ -254,6 +305,28 @@ mod tests {
         let kept = [0, 1, 2, 3].map(|i| cache.load(&key, &frame(i)).is_some());
         assert_eq!(kept, [true, false, false, true]);
         assert!(folder.path().join("foreign.txt").exists());
+    }
+
+    #[test]
+    fn a_long_run_stays_within_the_limit() {
+        let folder = tempfile::tempdir().unwrap();
+        let key = TruthKey::new([2, 1], &[]);
+        let entry_bytes = (HEADER_LEN + 16) as u64;
+        let cache = TruthCache {
+            folder: folder.path().into(),
+            max_bytes: 2 * entry_bytes,
+            evict_every_bytes: 3 * entry_bytes,
+        };
+        let entries = || fs::read_dir(folder.path()).unwrap().count();
+        let mut store = TruthStore::new(&cache);
+        let mut counts = Vec::new();
+        for i in 0..7 {
+            store.store(&key, &u32::to_le_bytes(i), &image(i)).unwrap();
+            counts.push(entries());
+        }
+        assert_eq!(counts, [1, 2, 2, 3, 4, 2, 3]);
+        drop(store);
+        assert_eq!(entries(), 2);
     }
 
     #[test]

@@ -61,6 +61,23 @@ fn wrong_options_exit_with_2_and_name_what_there_is() {
         2,
         &["rooms.hroc"],
     );
+    refused(
+        &house.hroc(&["run", "rooms.hroc", "--knob", "box-cost=1e39"]),
+        2,
+        &["box-cost=1e39"],
+    );
+    #[cfg(unix)]
+    {
+        // By a link: if the device were replaced, it would be missed.
+        std::os::unix::fs::symlink("/dev/null", house.path("null")).unwrap();
+        for option in ["--json", "--png"] {
+            refused(
+                &house.hroc(&["run", "rooms.hroc", option, "null"]),
+                2,
+                &["null", "device or a pipe"],
+            );
+        }
+    }
     refused(&house.hroc(&["fly"]), 2, &["fly"]);
 }
 
@@ -418,6 +435,11 @@ fn hard_cases_are_run_and_reported() {
     assert!(
         table.contains("two-views") && table.contains("hroc of middle"),
         "{table}"
+    );
+    refused(
+        &house.hroc(&["hard-cases", "--case", "empty", "--size", "100000x100000"]),
+        4,
+        &["100000x100000"],
     );
 }
 

@@ -80,6 +80,14 @@ fn wrong_options_exit_with_2() {
         &["9 frames, from 0"],
     );
     refused(&compare(&["--repeat", "0"]), 2, &["--repeat"]);
+    refused(&compare(&["--methods", ","]), 2, &["--methods"]);
+    refused(&compare(&["--split", ""]), 2, &["--split"]);
+    refused(&compare(&["rooms.hroc"]), 2, &["rooms.hroc", "twice"]);
+    refused(
+        &compare(&["--path", "orbit", "--path", "orbit"]),
+        2,
+        &["orbit", "twice"],
+    );
     refused(&house.hroc(&["compare", "rooms.hroc"]), 2, &["--output"]);
     refused(&house.hroc(&["compare", "-o", "out"]), 2, &["SCENE"]);
     refused(
@@ -349,6 +357,21 @@ fn an_interrupted_comparison_goes_on_where_it_was() {
     assert_eq!((second.runs.len(), second.courses().len()), (4, 2));
     // To the last digit of every time.
     assert_eq!(second.runs[..2], first.runs[..]);
+    // Neither what another machine found is taken over nor what was found of another scene or path.
+    let found_elsewhere: [fn(&mut Comparison); 3] = [
+        |earlier| earlier.host.cpu.push('2'),
+        |earlier| earlier.runs[0].scene.hash = None,
+        |earlier| earlier.runs[1].path_hash = Some("0".into()),
+    ];
+    for change in found_elsewhere {
+        let mut earlier = first.clone();
+        change(&mut earlier);
+        let json = serde_json::to_string(&earlier).unwrap();
+        fs::write(house.path("out/results.json"), json).unwrap();
+        let again = resumed(&[]);
+        assert_eq!(again.labels(), first.labels());
+        assert_ne!(again.runs[0].per_frame, first.runs[0].per_frame);
+    }
     // Other contenders are another comparison.
     let third = resumed(&["--modes", "na"]);
     assert_eq!(third.labels(), ["noc", "hroc na"]);

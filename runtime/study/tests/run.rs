@@ -3,11 +3,11 @@
 mod support;
 
 use hroc_format::{BakedScene, Check, to_bytes};
-use hroc_runtime::{DepthConvention, HostSync, Noc, Scene};
+use hroc_runtime::{DepthConvention, HostSync, Noc, Scene, Stage, StageObserver};
 use hroc_study::camera_path::orbit;
 use hroc_study::error::{StudyError, exit};
 use hroc_study::gpu::{Gpu, GpuOptions};
-use hroc_study::gpu_clock::ClockChoice;
+use hroc_study::gpu_clock::{ClockChoice, GpuClock, GpuStageClock};
 use hroc_study::registry::{Exactness, METHODS, Method, Mode, method};
 use hroc_study::results::{Counters, Frame, RunResults};
 use hroc_study::run::{Contender, Course, View, run_all};
@@ -255,4 +255,31 @@ fn every_covered_pixel_has_a_fragment() {
     }
     counted.sort_unstable();
     assert_eq!(counted, covered);
+}
+
+#[test]
+fn every_stage_of_a_frame_is_timed_or_none_is() {
+    if support::without_gpu() {
+        return;
+    }
+    let gpu = Gpu::open(&GpuOptions::default()).unwrap();
+    let clock = match GpuClock::choose(&gpu, ClockChoice::Gpu) {
+        Ok(clock) => clock.unwrap(),
+        Err(error) => return eprintln!("SKIPPED: {error}"),
+    };
+    let time = |count: usize| {
+        let mut stages = GpuStageClock::new(&clock);
+        let mut encoder = gpu.encoder();
+        for _ in 0..count {
+            stages.begin(Stage::DRAW_ALL, &mut encoder);
+            stages.end(Stage::DRAW_ALL, &mut encoder);
+        }
+        stages.resolve(&mut encoder);
+        gpu.submit_and_wait(encoder).unwrap();
+        stages.read(&gpu).map(|(stages, _)| stages.len())
+    };
+    // Coherent culling has some 75 waves of three stages.
+    let most = wgpu::QUERY_SET_MAX_QUERIES as usize / 2;
+    assert_eq!([0, 225, most].map(time), [0, 225, most].map(Some));
+    assert_eq!(time(most + 1), None);
 }

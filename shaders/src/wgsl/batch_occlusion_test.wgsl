@@ -1,4 +1,4 @@
-//!import common/types
+//!import common/object_bounds
 //!import common/raster_box
 //!import common/grouping
 // batch_occlusion_test: rasterize the groups' bounds; each fragment that the occlusion map does not
@@ -38,8 +38,7 @@ fn group_box(group: u32) -> Box {
     if (group < frame.node_count) {
         return padded(nodes[group].min, nodes[group].max);
     }
-    let bounds = object_bounds[frame.static_count + group - frame.node_count];
-    return padded(vec3f(bounds.min[0], bounds.min[1], bounds.min[2]), vec3f(bounds.max[0], bounds.max[1], bounds.max[2]));
+    return padded_bounds(object_bounds[frame.static_count + group - frame.node_count]);
 }
 
 @vertex

@@ -1,28 +1,11 @@
+//!import common/pyramid
 // depth_pyramid: from a depth buffer to the farthest depth of ever larger squares of it.
-//
-// All levels lie in one buffer, level after level, each half as large as the one before, rounded up: texel (x, y) of
-// a level covers (2x, 2y) to (2x + 1, 2y + 1) of the one before, as far as that reaches, so every pixel is
-// covered whatever the size.
-
-override REVERSED_DEPTH: bool = true;
-
-struct PyramidLevel {
-    // Where the level begins in the buffer, and its size.
-    first: u32,
-    width: u32,
-    height: u32,
-    reserved: u32,
-}
 
 @group(0) @binding(0) var<storage, read> levels: array<PyramidLevel>;
 @group(0) @binding(1) var<storage, read_write> pyramid: array<f32>;
 // x: the level to make.
 @group(0) @binding(2) var<uniform> made: vec4u;
 @group(1) @binding(0) var depth_buffer: texture_depth_2d;
-
-fn farther(a: f32, b: f32) -> f32 {
-    return select(max(a, b), min(a, b), REVERSED_DEPTH);
-}
 
 // Level 0 is the depth buffer itself.
 @compute @workgroup_size(8, 8)

@@ -1,4 +1,4 @@
-//!import common/types
+//!import common/object_bounds
 //!import common/raster_box
 //!import common/grouping
 // extract_groups: from the effective occluders to the occludee groups (paper, section 3.2), in the
@@ -138,13 +138,11 @@ fn collect_moving(n: u32) {
         return;
     }
     let bounds = object_bounds[object];
-    let lo = vec3f(bounds.min[0], bounds.min[1], bounds.min[2]);
-    let hi = vec3f(bounds.max[0], bounds.max[1], bounds.max[2]);
-    // An empty slot has its bounds inside out; and what was drawn needs no test.
-    if (lo.x > hi.x || (potential_occluders[object >> 5u] & (1u << (object & 31u))) != 0u) {
+    // What was drawn needs no test.
+    if (is_empty(bounds) || (potential_occluders[object >> 5u] & (1u << (object & 31u))) != 0u) {
         return;
     }
-    let box = padded(lo, hi);
+    let box = padded_bounds(bounds);
     if (in_frustum(box)) {
         test_object(object, n, rasterized_area(box));
     }

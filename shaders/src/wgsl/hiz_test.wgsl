@@ -1,14 +1,8 @@
 //!import common/object_bounds
 //!import common/raster_box
+//!import common/pyramid
 // hiz_test: every object of the frustum against a depth pyramid: its screen rectangle is compared at the level where
 // four texels cover it.
-
-struct PyramidLevel {
-    first: u32,
-    width: u32,
-    height: u32,
-    reserved: u32,
-}
 
 @group(0) @binding(1) var<storage, read> object_bounds: array<Bounds>;
 @group(0) @binding(2) var<storage, read_write> found: array<u32>;
@@ -19,10 +13,6 @@ struct PyramidLevel {
 override SPHERES: bool = false;
 
 var<workgroup> words: array<atomic<u32>, 2>;
-
-fn farther(a: f32, b: f32) -> f32 {
-    return select(max(a, b), min(a, b), REVERSED_DEPTH);
-}
 
 // A rectangle of the image and the nearest parameter (view depth) of what it stands for.
 struct Extent {
@@ -109,7 +99,7 @@ fn passes(bounds: Bounds) -> bool {
     while (number < coarsest && any((hi >> vec2u(number)) - (lo >> vec2u(number)) > vec2u(1u))) {
         number++;
     }
-    let level = levels[min(number, coarsest)];
+    let level = levels[number];
     let a = lo >> vec2u(number);
     let b = hi >> vec2u(number);
     let row_0 = level.first + a.y * level.width;

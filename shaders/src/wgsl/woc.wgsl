@@ -1,4 +1,5 @@
 //!import common/bounds
+//!import common/pyramid
 // warp: last frame's depth as it would look from this frame's camera, by backward warping (Lee, Kim, Eisemann 2018).
 //
 // A pixel p of the last frame lands at W(p) in this one; its motion is m(p) = W(p) - p. What shows at a pixel q
@@ -26,19 +27,12 @@ struct Landing {
     reserved: f32,
 }
 
-struct TileLevel {
-    first: u32,
-    width: u32,
-    height: u32,
-    reserved: u32,
-}
-
 @group(0) @binding(1) var<uniform> warp: Warp;
 @group(0) @binding(2) var<storage, read_write> last_depth: array<f32>;
 @group(0) @binding(3) var<storage, read_write> landings: array<Landing>;
 // Bounds of the motion in ever larger squares: least x and y, greatest x and y.
 @group(0) @binding(4) var<storage, read_write> tiles: array<vec4f>;
-@group(0) @binding(5) var<storage, read> tile_levels: array<TileLevel>;
+@group(0) @binding(5) var<storage, read> tile_levels: array<PyramidLevel>;
 @group(0) @binding(6) var<uniform> made: vec4u;
 @group(0) @binding(7) var<storage, read_write> warped: array<f32>;
 @group(1) @binding(0) var depth_buffer: texture_depth_2d;
@@ -118,7 +112,7 @@ fn bound_motion(@builtin(global_invocation_id) id: vec3u) {
     tiles[level.first + id.y * level.width + id.x] = bounds_within(finer, lo, hi);
 }
 
-fn bounds_within(level: TileLevel, lo: vec2u, hi: vec2u) -> vec4f {
+fn bounds_within(level: PyramidLevel, lo: vec2u, hi: vec2u) -> vec4f {
     let a = tiles[level.first + lo.y * level.width + lo.x];
     let b = tiles[level.first + lo.y * level.width + hi.x];
     let c = tiles[level.first + hi.y * level.width + lo.x];
@@ -163,7 +157,7 @@ fn depth_at(p: vec2f) -> f32 {
     var depth = landing_at(floor(p)).depth;
     for (var i = 1u; i < 4u; i++) {
         let other = landing_at(floor(p) + vec2f(f32(i & 1u), f32(i >> 1u))).depth;
-        depth = select(max(depth, other), min(depth, other), REVERSED_DEPTH);
+        depth = farther(depth, other);
     }
     return depth;
 }

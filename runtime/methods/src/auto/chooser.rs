@@ -67,6 +67,8 @@ const HYSTERESIS: f64 = 0.98;
 const TRYING: f64 = 0.01;
 /// Frames after which a trial that cost more than it should is forgiven.
 const FORGIVEN: f64 = 12.0;
+/// Frames of which the budget for trying can be saved up.
+const SAVED: f64 = 1000.0;
 /// Frames between two trials of an arm at least: at first, and at last, as every trial doubles it until another arm is
 /// at home.
 const REST: [i64; 2] = [6, 32];
@@ -162,6 +164,8 @@ pub(super) struct Chooser {
     follows: Option<Arm>,
     last: Option<Plan>,
     frame: u64,
+    /// The frame in which each arm was last planned to draw.
+    planned: [i64; 3],
     /// See [`REST`].
     rest: [i64; 3],
     /// Milliseconds that may be spent on trying each arm.
@@ -183,6 +187,7 @@ impl Chooser {
             follows: None,
             last: None,
             frame: 0,
+            planned: [0; 3],
             rest: [REST[0]; 3],
             credit_ms: [0.0; 3],
             pending: [None; LATE],
@@ -227,7 +232,7 @@ impl Chooser {
         sample.ms + drawn * (now - then)
     }
 
-    /// Frames since `arm` last drew.
+    /// Frames since the last time that `arm` was told to have taken.
     fn age(&self, arm: Arm) -> i64 {
         let newest = self.samples[arm.index()].last();
         newest.map_or(i64::MAX, |newest| self.frame as i64 - newest.frame)
@@ -260,21 +265,27 @@ impl Chooser {
         let home = expected_ms[self.home.index()]?;
         let others = Arm::ALL.into_iter().filter(|&arm| arm != self.home);
         let worth_it = |&arm: &Arm| {
+            // By what was planned: of a trial not told yet there need not be another.
+            let rested = self.frame as i64 - self.planned[arm.index()];
             let Some(expected) = expected_ms[arm.index()] else {
-                return false;
+                return rested >= self.rest[arm.index()];
             };
-            let age = self.age(arm);
             if self.frame < IN_TURN && arm.other() == Some(self.home) {
-                return age > 1 && expected < HOPELESS * home;
+                return rested > 1 && expected < HOPELESS * home;
             }
-            // Whatever times of long ago say: who draws nearly all that is in view would not take much longer for all.
+            let age = self.age(arm);
+            // Who draws nearly all that is in view would not take much longer for all, unless it is known that the few
+            // objects that are left are heavy ones.
+            let are_light = age > self.full as i64 || expected < HOPELESS * home;
             let expected = match arm {
-                Arm::Frustum if self.full >= SAMPLES => expected.min(home / self.drawn),
+                Arm::Frustum if self.full >= SAMPLES && are_light => {
+                    expected.min(home / self.drawn)
+                }
                 _ => expected,
             };
             // After the frustum's comes a frame that hands over.
             let frames = if arm == Arm::Frustum { 2.0 } else { 1.0 };
-            age >= self.rest[arm.index()]
+            rested >= self.rest[arm.index()]
                 && expected / (1.0 + age as f64 / DOUBTFUL) < home
                 && frames * (expected - home) <= self.credit_ms[arm.index()]
         };
@@ -317,6 +328,7 @@ impl Chooser {
             expected_ms,
             home: self.home,
         });
+        self.planned[plan.arm.index()] = self.frame as i64;
         self.frame += 1;
         self.last = Some(plan);
         plan
@@ -327,9 +339,15 @@ impl Chooser {
         self.last
     }
 
-    /// Tells what share of what was in view a frame drew, one that culls.
+    /// Tells what share of what was in view the last frame drew that culled and whose time is told.
     pub fn drew(&mut self, share: f64) {
         self.drawn = share.clamp(0.0, 1.0);
+        let culling = self.samples[1..]
+            .iter_mut()
+            .filter_map(|of_arm| of_arm.last_mut());
+        if let Some(newest) = culling.max_by_key(|sample| sample.frame) {
+            newest.drawn = self.drawn;
+        }
         let is_full = self.drawn > NEARLY_ALL;
         self.full = if is_full {
             self.full.saturating_add(1)
@@ -353,13 +371,13 @@ impl Chooser {
             return;
         };
         for credit_ms in &mut self.credit_ms {
-            *credit_ms += TRYING * ms;
+            *credit_ms = (*credit_ms + TRYING * ms).min(SAVED * TRYING * ms);
         }
         if frame < COLD {
             // Times of the first frames are few and rough: more may be tried.
             self.credit_ms = [FORGIVEN * TRYING * ms; 3];
         }
-        if frame >= IN_TURN && (plan.hands_over || plan.arm != self.home) {
+        if frame >= IN_TURN && (plan.hands_over || plan.arm != home) {
             let expected_ms = expected_ms[home.index()];
             // Signed, as noise is: what one trial seems to lose, another seems to gain.
             let lost_ms = expected_ms.map_or(0.0, |expected| ms - expected);
@@ -384,9 +402,14 @@ impl Chooser {
             .and_then(|other| self.samples[other.index()].last());
         if let Some(before) = before.filter(|before| before.frame + 1 == frame) {
             let over_other = (ms / self.carried_ms(before, &in_view)).ln();
-            // A jump tells of the view, not of the arms.
-            if over_other.abs() < HOPELESS.ln() {
-                push_bounded(&mut self.pairs, plan.arm.side() * over_other, PAIRS);
+            // A jump may tell of the view and not of the arms: it counts no more than a clear difference.
+            let most = HOPELESS.ln();
+            if !over_other.is_nan() {
+                push_bounded(
+                    &mut self.pairs,
+                    plan.arm.side() * over_other.clamp(-most, most),
+                    PAIRS,
+                );
             }
         }
         let samples = &mut self.samples[plan.arm.index()];
@@ -486,17 +509,85 @@ mod tests {
 
     #[test]
     fn it_follows_a_scene_that_changes() {
-        // Open, then indoors, then open again.
-        let costs = |frame| match frame / 300 {
-            1 => [40.0, 12.0, 10.0],
-            _ => [10.0, 16.0, 15.0],
-        };
-        let cost = |frame: u64, plan: Plan| costs(frame)[plan.arm.index()];
-        let (total, _) = run(900, 0, cost);
-        let least = (6..900).map(|frame| costs(frame)[0].min(costs(frame)[2]));
-        let regret = total / least.sum::<f64>();
+        // Open, then indoors, then open again; the changes fall on any frame of the rests between trials.
+        let mut regrets = Vec::new();
+        for length in 280..320 {
+            let costs = |frame| match frame / length {
+                1 => [40.0, 12.0, 10.0],
+                _ => [10.0, 16.0, 15.0],
+            };
+            let cost = |frame: u64, plan: Plan| costs(frame)[plan.arm.index()];
+            let frames = 3 * length;
+            let (total, _) = run(frames, 0, cost);
+            let least = (6..frames).map(|frame| costs(frame)[0].min(costs(frame)[2]));
+            regrets.push(total / least.sum::<f64>());
+        }
+        let mean = regrets.iter().sum::<f64>() / regrets.len() as f64;
         // What is in view does not tell it here: only trials do, within their budget.
-        assert!(regret <= 1.15, "{regret}");
+        assert!(mean <= 1.1, "{regrets:?}");
+    }
+
+    #[test]
+    fn one_that_cuts_the_other_to_less_than_half_is_found() {
+        let costs = |frame| match frame {
+            0..200 => [100.0, 10.0, 10.5],
+            _ => [100.0, 40.0, 15.0],
+        };
+        let (_, arms) = run(400, 0, |frame, plan| costs(frame)[plan.arm.index()]);
+        assert!(arms[190..200].contains(&Arm::Groups));
+        let leaves = arms[300..].iter().filter(|&&arm| arm == Arm::Leaves);
+        assert!(leaves.count() > 90);
+    }
+
+    #[test]
+    fn a_host_that_stops_telling_is_not_kept_in_a_trial() {
+        let mut chooser = Chooser::new();
+        let mut cost = fixed([50.0, 10.0, 11.0]);
+        let mut frustum = 0;
+        for frame in 0..2000 {
+            let plan = chooser.next(view(10.0));
+            if frame < 1000 {
+                chooser.took(frame, cost(frame, plan));
+            } else {
+                frustum += u32::from(plan.arm == Arm::Frustum);
+            }
+        }
+        assert!(frustum < 100, "{frustum}");
+    }
+
+    #[test]
+    fn a_host_that_begins_late_to_tell_gets_the_best_too() {
+        for costs in [[10.0, 20.0, 15.0], [50.0, 14.0, 10.0]] {
+            let mut chooser = Chooser::new();
+            let mut cost = fixed(costs);
+            let best = [Arm::Frustum, Arm::Leaves][usize::from(costs[0] > costs[2])];
+            let mut drew = 0;
+            for frame in 0..400 {
+                let plan = chooser.next(view(10.0));
+                if frame >= 100 {
+                    chooser.took(frame, cost(frame, plan));
+                }
+                drew += u32::from(frame >= 300 && plan.arm == best);
+            }
+            assert!(drew > 90, "{costs:?}: {drew}");
+        }
+    }
+
+    #[test]
+    fn noise_moves_nobody_where_nearly_all_is_drawn() {
+        let mut rng = fastrand::Rng::with_seed(3);
+        let mut chooser = Chooser::new();
+        let mut total = 0.0;
+        for frame in 0..1000 {
+            let plan = chooser.next(view(10.0));
+            let exact = [10.0, 11.0, 10.8][plan.arm.index()];
+            total += exact;
+            if plan.arm != Arm::Frustum {
+                chooser.drew(0.97);
+            }
+            chooser.took(frame, exact * (0.8 + 0.4 * rng.f64()));
+        }
+        assert!(total < 1.015 * 10_000.0, "{total}");
     }
 
     #[test]

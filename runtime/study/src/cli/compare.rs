@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::course::{CourseArguments, GroupingName};
+use super::course::{CourseArguments, GroupingName, names};
 use crate::compare::{Kind, Selection, Splits, unique};
 use crate::error::StudyError;
 use crate::registry::{self, METHODS};
@@ -44,16 +44,13 @@ pub(super) struct CompareArguments {
 }
 
 pub(super) fn compare(arguments: &CompareArguments) -> Result<u8, StudyError> {
-    let methods = match arguments.methods.as_slice() {
+    let methods = match names("--methods", &arguments.methods)?.as_slice() {
         [] => Ok(METHODS.iter().collect()),
-        given => names(given)
-            .into_iter()
-            .map(|name| registry::method(name))
-            .collect(),
+        given => given.iter().map(|name| registry::method(name)).collect(),
     };
-    let modes = names(&arguments.modes);
+    let modes = names("--modes", &arguments.modes)?;
     let all_modes = modes.contains(&"all");
-    let splits = names(&arguments.split);
+    let splits = names("--split", &arguments.split)?;
     let selection = Selection {
         methods: methods.map_err(StudyError::Usage)?,
         modes: modes
@@ -83,15 +80,5 @@ pub(super) fn compare(arguments: &CompareArguments) -> Result<u8, StudyError> {
         &unique(arguments.groupings.iter().copied()),
         Some(overdraw_frame),
         |_, _| Ok(()),
-    )
-}
-
-/// The names without repetitions and empty ones.
-fn names(names: &[String]) -> Vec<&str> {
-    unique(
-        names
-            .iter()
-            .map(String::as_str)
-            .filter(|name| !name.is_empty()),
     )
 }

@@ -9,7 +9,7 @@ use hroc_runtime::Grouping;
 use super::run::{parse_size, progress_bar};
 use super::{Depth, camera_path, open_scene, path_name, to_stdout};
 use crate::camera_path::CameraPath;
-use crate::compare::{Comparison, Kind, SceneTrees, Selection};
+use crate::compare::{Comparison, Kind, SceneTrees, Selection, unique};
 use crate::error::{StudyError, exit};
 use crate::gpu::{Gpu, GpuOptions};
 use crate::gpu_clock::ClockChoice;
@@ -192,33 +192,71 @@ impl CourseArguments {
         } else {
             &self.path
         };
-        let names = names(&self.scenes);
+        once("scene", &self.scenes)?;
+        once("camera path", paths)?;
+        let scene_names = unlike(&self.scenes, scene_name);
+        let path_names = unlike(paths, path_name);
         let entry = |(file, name): (&PathBuf, String)| {
             let baked = open_scene(file)?;
             fits(file, &baked)?;
-            let path = |path: &PathBuf| Ok((path_name(path), camera_path(path, baked.scene())?));
-            let paths = paths.iter().map(path).collect::<Result<_, StudyError>>()?;
+            let path = |(path, name): (&PathBuf, &String)| {
+                Ok((name.clone(), camera_path(path, baked.scene())?))
+            };
+            let paths = paths.iter().zip(&path_names).map(path);
+            let paths = paths.collect::<Result<_, StudyError>>()?;
             Ok(Entry { name, baked, paths })
         };
-        self.scenes.iter().zip(names).map(entry).collect()
+        self.scenes.iter().zip(scene_names).map(entry).collect()
     }
 }
 
-/// The files' names without ending, or the whole paths where two would be alike.
-fn names(files: &[PathBuf]) -> Vec<String> {
-    let stem = |file: &PathBuf| {
-        let stem = file.file_stem().unwrap_or(file.as_os_str());
-        stem.to_string_lossy().into_owned()
+/// What reports call the scene in `file`: the file's name without its ending.
+fn scene_name(file: &Path) -> String {
+    let stem = file.file_stem().unwrap_or(file.as_os_str());
+    stem.to_string_lossy().into_owned()
+}
+
+/// Refuses to have one of `given` twice: the second's runs would count as more of the first's.
+fn once(what: &str, given: &[PathBuf]) -> Result<(), StudyError> {
+    let twice = |(i, file): &(usize, &PathBuf)| given[..*i].contains(file);
+    match given.iter().enumerate().find(twice) {
+        Some((_, file)) => Err(StudyError::Usage(format!(
+            "{}: this {what} is given twice; give it once",
+            file.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// The files' names as `name` has them, or as they were given where two would be alike. A standard path is the same
+/// either way.
+fn unlike(files: &[PathBuf], name: impl Fn(&Path) -> String) -> Vec<String> {
+    let alike = |file: &Path| {
+        files
+            .iter()
+            .filter(|other| name(other) == name(file))
+            .count()
     };
-    let name = |file: &PathBuf| match files
-        .iter()
-        .filter(|other| stem(other) == stem(file))
-        .count()
-    {
-        1 => stem(file),
+    let unlike = |file: &PathBuf| match alike(file) {
+        1 => name(file),
         _ => file.display().to_string(),
     };
-    files.iter().map(name).collect()
+    files.iter().map(unlike).collect()
+}
+
+/// The names in the list that `option` was given, without repetitions and empty ones; none if it was left out.
+///
+/// # Errors
+/// If there is no name in it: nothing would run, or all.
+pub(super) fn names<'a>(option: &str, list: &'a [String]) -> Result<Vec<&'a str>, StudyError> {
+    let names = list.iter().map(String::as_str);
+    let names = unique(names.filter(|name| !name.is_empty()));
+    match names.is_empty() && !list.is_empty() {
+        true => Err(StudyError::Usage(format!(
+            "{option}: no name is in the list; give one or leave the option out"
+        ))),
+        false => Ok(names),
+    }
 }
 
 /// What was typed, so that it can be typed again.
@@ -258,9 +296,28 @@ mod tests {
     use super::*;
 
     #[test]
-    fn scenes_of_one_name_are_told_apart() {
-        let named = |files: &[&str]| names(&files.iter().map(PathBuf::from).collect::<Vec<_>>());
-        assert_eq!(named(&["a/x.hroc", "b/y.hroc"]), ["x", "y"]);
-        assert_eq!(named(&["a/x.hroc", "b/x.hroc"]), ["a/x.hroc", "b/x.hroc"]);
+    fn scenes_and_paths_of_one_name_are_told_apart() {
+        let files = |files: &[&str]| files.iter().map(PathBuf::from).collect::<Vec<_>>();
+        let scenes = |given: &[&str]| unlike(&files(given), scene_name);
+        assert_eq!(scenes(&["a/x.hroc", "b/y.hroc"]), ["x", "y"]);
+        assert_eq!(scenes(&["a/x.hroc", "b/x.hroc"]), ["a/x.hroc", "b/x.hroc"]);
+        let paths = |given: &[&str]| unlike(&files(given), path_name);
+        assert_eq!(
+            paths(&["orbit", "a/fly.json", "b/fly.path.json", "c/y.json"]),
+            ["orbit", "a/fly.json", "b/fly.path.json", "y"]
+        );
+        assert_eq!(paths(&["orbit", "a/orbit.json"]), ["orbit", "a/orbit.json"]);
+        once("scene", &files(&["a/x", "b/x"])).unwrap();
+        let twice = once("scene", &files(&["a/x", "b/x", "a/x"])).unwrap_err();
+        assert!(twice.to_string().contains("a/x: this scene"), "{twice}");
+    }
+
+    #[test]
+    fn lists_of_no_names_are_refused() {
+        let list = |list: &[&str]| list.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
+        assert_eq!(names("--split", &[]).unwrap(), Vec::<&str>::new());
+        assert_eq!(names("--split", &list(&["a", "", "a"])).unwrap(), ["a"]);
+        let empty = names("--split", &list(&["", ""])).unwrap_err();
+        assert!(empty.to_string().contains("--split"), "{empty}");
     }
 }

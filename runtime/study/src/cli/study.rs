@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::Args;
 use hroc_format::BakedScene;
 
-use super::course::{CourseArguments, GroupingName};
+use super::course::{CourseArguments, GroupingName, names};
 use crate::compare::{Kind, Selection, Splits, unique};
 use crate::error::StudyError;
 use crate::registry;
@@ -40,28 +40,22 @@ pub(super) struct StudyArguments {
 
 pub(super) fn study(arguments: &StudyArguments) -> Result<u8, StudyError> {
     let hroc = registry::method("hroc").map_err(StudyError::Usage)?;
-    let all_modes = arguments.modes.iter().any(|mode| mode == "all");
-    let mut splits = vec![BASE.to_owned()];
-    splits.extend(
-        arguments
-            .split
-            .iter()
-            .filter(|split| *split != BASE)
-            .cloned(),
-    );
+    let modes = names("--modes", &arguments.modes)?;
+    let all_modes = modes.contains(&"all");
+    let mut splits = vec![BASE];
+    splits.extend(names("--split", &arguments.split)?);
     let splits = unique(splits);
     let selection = Selection {
         methods: vec![hroc],
-        modes: arguments
-            .modes
-            .iter()
-            .filter(|mode| *mode != "all")
-            .cloned()
+        modes: modes
+            .into_iter()
+            .filter(|&mode| mode != "all")
+            .map(str::to_owned)
             .collect(),
         all_modes,
         groupings: Vec::new(),
         splits: if splits.len() > 1 {
-            Splits::Named(splits)
+            Splits::Named(splits.into_iter().map(str::to_owned).collect())
         } else {
             Splits::Baked
         },

@@ -90,7 +90,7 @@ pub struct MethodResult {
     pub method: String,
     pub mode: Option<String>,
     pub split: Option<String>,
-    /// `published` or `adaptive`, of a method that reads a tree.
+    /// `published` or `adaptive`; `None` for a method without groups.
     pub grouping: Option<String>,
     /// As in [`Paths`](crate::results::Paths).
     pub submission: String,
@@ -134,6 +134,7 @@ pub fn run(
     options: &HardCaseOptions,
     progress: &ProgressBar,
 ) -> Result<HardCaseResults, StudyError> {
+    gpu.check_size(options.size)?;
     let missing = |method: &Method| method.features - gpu.device.features();
     let (fit, unfit) = options
         .methods
@@ -273,7 +274,9 @@ impl<'a> Stage<'a> {
     ) -> Result<Vec<MethodResult>, StudyError> {
         let device = &self.gpu.device;
         let size_of = |frame: &CaseFrame| frame.size.unwrap_or(size);
-        let mut targets = FrameTargets::new(device, case.frames.first().map_or(size, size_of));
+        let first_size = case.frames.first().map_or(size, size_of);
+        self.gpu.check_size(first_size)?;
+        let mut targets = FrameTargets::new(device, first_size);
         let mut drawer = ObjectDrawer::with_holes(device, &self.scene, &targets, depth, true);
         let mut truth = Noc::new(device, &self.scene, depth);
         let blended = BlendedTruth::new(self.gpu, self.baked.scene(), &self.scene, depth);

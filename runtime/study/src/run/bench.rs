@@ -13,6 +13,7 @@ use crate::drawer::ObjectDrawer;
 use crate::error::StudyError;
 use crate::gpu::{Gpu, GpuError};
 use crate::gpu_clock::GpuClock;
+use crate::hash;
 use crate::id_set::IdSet;
 use crate::registry::{Parts, feature_names};
 use crate::targets::FrameTargets;
@@ -22,6 +23,8 @@ pub(super) struct Bench<'a> {
     pub(super) gpu: &'a Gpu,
     pub(super) baked: &'a BakedScene,
     pub(super) course: &'a Course,
+    /// Of the baked file.
+    pub(super) scene_hash: u128,
     pub(super) scene: Scene,
     trees: BTreeMap<String, Tree>,
     pub(super) targets: FrameTargets,
@@ -60,6 +63,7 @@ impl<'a> Bench<'a> {
             gpu,
             baked,
             course,
+            scene_hash: hash::scene(baked),
             scene,
             trees: BTreeMap::new(),
             targets,

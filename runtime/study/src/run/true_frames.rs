@@ -9,7 +9,7 @@ use crate::error::StudyError;
 use crate::id_set::IdSet;
 use crate::image::{Image, ImageCopy};
 use crate::results::Warning;
-use crate::truth::{TruthCache, TruthKey};
+use crate::truth::{TruthKey, TruthStore};
 
 /// A frame as it is without culling.
 pub(super) struct TrueFrame {
@@ -22,9 +22,8 @@ pub(super) struct TrueFrame {
 pub(super) struct TrueFrames<'a> {
     noc: Noc,
     blended: Option<BlendedTruth>,
-    cache: Option<&'a TruthCache>,
+    store: Option<TruthStore<'a>>,
     key: TruthKey,
-    stored: bool,
     warning: Option<Warning>,
 }
 
@@ -36,7 +35,7 @@ impl<'a> TrueFrames<'a> {
         let key = TruthKey::new(
             course.size,
             &[
-                &xxhash_rust::xxh3::xxh3_128(bench.baked.file_bytes()).to_le_bytes(),
+                &bench.scene_hash.to_le_bytes(),
                 ObjectDrawer::wgsl().as_bytes(),
                 course.depth.name().as_bytes(),
                 info.name.as_bytes(),
@@ -50,10 +49,11 @@ impl<'a> TrueFrames<'a> {
         Self {
             noc,
             // What blended objects are held against is the frame in the targets, which a stored image is not.
-            cache: course.truth_cache.as_ref().filter(|_| blended.is_none()),
+            store: (course.truth_cache.as_ref())
+                .filter(|_| blended.is_none())
+                .map(TruthStore::new),
             blended,
             key,
-            stored: false,
             warning: None,
         }
     }
@@ -87,7 +87,11 @@ impl<'a> TrueFrames<'a> {
                 source,
             })?;
         let frame = bytemuck::bytes_of(&uniform);
-        if let Some(image) = self.cache.and_then(|cache| cache.load(&self.key, frame)) {
+        if let Some(image) = self
+            .store
+            .as_ref()
+            .and_then(|store| store.load(&self.key, frame))
+        {
             return Ok(image);
         }
         let mut encoder = gpu.encoder();
@@ -96,20 +100,17 @@ impl<'a> TrueFrames<'a> {
         gpu.submit_and_wait(encoder)?;
         let image = copy.wait(&gpu.device);
         // After the first failure there is no point in trying again for every frame.
-        if let (Some(cache), None) = (self.cache, &self.warning) {
-            match cache.store(&self.key, frame, &image) {
-                Ok(()) => self.stored = true,
-                Err(reason) => self.warning = Some(Warning::TruthNotCached { reason }),
-            }
+        if let (Some(store), None) = (&mut self.store, &self.warning) {
+            let stored = store.store(&self.key, frame, &image);
+            self.warning = stored
+                .err()
+                .map(|reason| Warning::TruthNotCached { reason });
         }
         Ok(image)
     }
 
-    /// Tidies the cache up and returns what went wrong with it.
+    /// What went wrong with the cache.
     pub(super) fn finish(self) -> Vec<Warning> {
-        if let (Some(cache), true) = (self.cache, self.stored) {
-            cache.evict();
-        }
         self.warning.into_iter().collect()
     }
 }

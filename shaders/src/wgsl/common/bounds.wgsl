@@ -1,8 +1,6 @@
 //!import common/frame
+//!import common/depth
 // Conservative tests of padded bounds, against the `frame` of the importing stage. Twin: runtime/src/twin/bounds.rs.
-
-// Larger depth is nearer (reversed conventions).
-override REVERSED_DEPTH: bool = true;
 
 // Leaves out one safeguard, to show that tests notice (hroc_runtime::Mutant). 0: none.
 override BROKEN: u32 = 0;
