@@ -3,9 +3,9 @@
 use hroc_methods::Recorded;
 use hroc_runtime::{
     CameraError, CullingMethod, DepthConvention, Drawer, FrameContext, Grouping, HostSync,
-    QueryCounts, Scene, Sets,
+    QueryCounts, Scene, Sets, Tree,
 };
-use hroc_study::registry::{Exactness, Knobs, METHODS, Mode, Parts};
+use hroc_study::registry::{Exactness, Knobs, METHODS, Method, Mode, Parts};
 
 use crate::Gpu;
 use crate::host::World;
@@ -66,14 +66,22 @@ impl CullingMethod for Restless {
     }
 }
 
-/// Every exact method of the registry in every exact mode with every tree; groupings and device paths in turn. One that
-/// is told what shows is no test of anything.
+/// Every exact method of the registry in every exact mode: HROC with every tree, the others with the one whose turn it
+/// is (`hroc hard-cases` runs all with all); groupings and device paths in turn. One that is told what shows is no test
+/// of anything.
 pub fn exact_methods(
     gpu: &Gpu,
     world: &World,
     depth: DepthConvention,
+    turn: usize,
 ) -> Vec<(String, Box<dyn CullingMethod>)> {
-    made(gpu, world, depth, usize::MAX)
+    let in_turn = turn % world.trees.len();
+    let trees = |method: &Method| match (method.uses_tree, method.groups) {
+        (true, true) => &world.trees[..],
+        (true, false) => &world.trees[in_turn..=in_turn],
+        (false, _) => &world.trees[..1],
+    };
+    made(gpu, world, depth, turn, usize::MAX, trees)
 }
 
 /// Every exact method of the registry once, in its first exact mode, with the first tree.
@@ -82,32 +90,29 @@ pub fn each_exact_method(
     world: &World,
     depth: DepthConvention,
 ) -> Vec<(String, Box<dyn CullingMethod>)> {
-    made(gpu, world, depth, 1)
+    made(gpu, world, depth, 0, 1, |_| &world.trees[..1])
 }
 
-/// `most` modes of each method, and with as many trees.
-fn made(
+/// `most` modes of each method, with its `trees`.
+fn made<'w>(
     gpu: &Gpu,
-    world: &World,
+    world: &'w World,
     depth: DepthConvention,
+    turn: usize,
     most: usize,
+    trees: impl Fn(&Method) -> &'w [Tree],
 ) -> Vec<(String, Box<dyn CullingMethod>)> {
     let adaptive = Grouping::Adaptive { box_cost: 64.0 };
     let mut groupings = [Grouping::Published, adaptive].into_iter().cycle();
     let paths = gpu.profile.every_path(gpu.device.features());
-    let mut paths = paths.into_iter().cycle();
+    let mut paths = paths.into_iter().cycle().skip(turn);
     let mut methods = Vec::new();
     for method in METHODS.iter().filter(|method| !method.is_told) {
-        let trees = if method.uses_tree {
-            &world.trees[..]
-        } else {
-            &world.trees[..1]
-        };
         let exact = |mode: &&Mode| mode.exactness == Exactness::Exact;
         for mode in method.modes.iter().filter(exact).take(most) {
             // Seven combinations of paths and groupings beside three trees: all of them meet.
             groupings.next();
-            for tree in trees.iter().take(most) {
+            for tree in trees(method) {
                 let grouping = groupings.next().unwrap();
                 let profile = paths.next().unwrap();
                 let scene = Scene {

@@ -58,7 +58,7 @@ fn random_cuts_are_drawn_exactly_and_in_silence() {
                 world,
                 host: Host::new(gpu, world, Scale::Small.size(), depth),
                 noc: Noc::new(&gpu.device, &world.scene, depth),
-                methods: exact_methods(gpu, world, depth),
+                methods: exact_methods(gpu, world, depth, views.len()),
             });
         }
     }

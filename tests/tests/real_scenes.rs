@@ -13,7 +13,7 @@ use hroc_runtime::{CullingMethod, DepthConvention, Hroc, HrocOptions, Noc};
 use hroc_study::camera_path::{Cameras, orbit, walk_in};
 use hroc_tests::host::{Host, World, difference};
 use hroc_tests::variants::each_exact_method;
-use hroc_tests::{Gpu, gpu};
+use hroc_tests::{Gpu, own_gpu};
 
 const SIZE: [u32; 2] = [192, 108];
 
@@ -126,17 +126,17 @@ fn real_scenes_are_drawn_exactly() {
     let Some(scenes) = scenes(&["features", "real"]) else {
         return;
     };
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = own_gpu() else { return };
     let frames = scenes
         .iter()
-        .filter_map(|path| wrong_frames(gpu, path, &BakeOptions::default()));
+        .filter_map(|path| wrong_frames(&gpu, path, &BakeOptions::default()));
     assert_none(frames.flatten().collect());
 }
 
 /// A generated city, and the feature scenes where there are any.
 #[test]
 fn quantized_and_subdivided_scenes_are_drawn_exactly() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = own_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let city = folder.path().join("city.glb");
     let params = Params {
@@ -155,6 +155,6 @@ fn quantized_and_subdivided_scenes_are_drawn_exactly() {
     scenes.push(city);
     let frames = scenes
         .iter()
-        .filter_map(|path| wrong_frames(gpu, path, &options));
+        .filter_map(|path| wrong_frames(&gpu, path, &options));
     assert_none(frames.flatten().collect());
 }
