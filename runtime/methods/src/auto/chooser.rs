@@ -232,7 +232,7 @@ impl Chooser {
         sample.ms + drawn * (now - then)
     }
 
-    /// Frames since the last time that `arm` was told to have taken.
+    /// Frames since the newest one of `arm` whose time was told.
     fn age(&self, arm: Arm) -> i64 {
         let newest = self.samples[arm.index()].last();
         newest.map_or(i64::MAX, |newest| self.frame as i64 - newest.frame)
