@@ -121,9 +121,9 @@ fn assert_none(failures: Vec<String>) {
     );
 }
 
-#[test]
-fn real_scenes_are_drawn_exactly() {
-    let Some(scenes) = scenes(&["features", "real"]) else {
+/// Bakes and draws all of a suite.
+fn assert_exact(suite: &str) {
+    let Some(scenes) = scenes(&[suite]) else {
         return;
     };
     let Some(gpu) = own_gpu() else { return };
@@ -131,6 +131,16 @@ fn real_scenes_are_drawn_exactly() {
         .iter()
         .filter_map(|path| wrong_frames(&gpu, path, &BakeOptions::default()));
     assert_none(frames.flatten().collect());
+}
+
+#[test]
+fn real_scenes_are_drawn_exactly() {
+    assert_exact("real");
+}
+
+#[test]
+fn feature_scenes_are_drawn_exactly() {
+    assert_exact("features");
 }
 
 /// A generated city, and the feature scenes where there are any.
