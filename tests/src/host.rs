@@ -349,20 +349,18 @@ impl<'g> Host<'g> {
         queue.submit([encoder.finish()]);
         let [depth, item] = texels.map(|copy| copy.wait(device));
         self.gpu.check().unwrap();
-        let words = |copy: Option<BufferCopy>| {
-            copy.map_or_else(Vec::new, |copy| {
-                bytemuck::pod_collect_to_vec(&copy.wait(device))
-            })
-        };
+        let words =
+            |copy: BufferCopy| -> Vec<u32> { bytemuck::pod_collect_to_vec(&copy.wait(device)) };
         let [
             potential_occluders,
             effective_occluders,
             potentially_visible,
             blended,
-        ] = members.map(|set| readback::members_of(&words(set)).collect());
-        let [group_draw, mut groups, work, grouping] = others.map(words);
+        ] = members.map(|set| readback::members_of(&set.map_or_else(Vec::new, words)).collect());
+        let [group_draw, groups, work, grouping] = others.map(|copy| copy.map(words));
         // The second of the indirect arguments: the number of instances.
-        let group_count = group_draw.get(1).copied().unwrap_or(0);
+        let group_count = group_draw.map_or(0, |arguments| arguments[1]);
+        let mut groups = groups.unwrap_or_default();
         groups.truncate(group_count as usize);
         groups.sort_unstable();
         let blended_shown = self.blended_truth.as_ref().map_or_else(Vec::new, |truth| {
@@ -383,8 +381,8 @@ impl<'g> Host<'g> {
             draw_limits: method.draw_limits(),
             group_count,
             groups,
-            work: work.first_chunk().copied().unwrap_or_default(),
-            largest_group_px: grouping.first().map_or(0.0, |px| f32::from_bits(*px)),
+            work: work.map_or([0; 3], |work| [work[0], work[1], work[2]]),
+            largest_group_px: grouping.map_or(0.0, |grouping| f32::from_bits(grouping[0])),
         }
     }
 }
