@@ -119,17 +119,13 @@ pub struct CheckError {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
-    /// The path names a folder, a device, or nothing.
-    #[error("{}: not a file name; name the file to write", path.display())]
-    NotAFile {
+    /// The path names a folder, a device, nothing, or a file that is write-protected.
+    #[error("{}: cannot be written: {source}; name another file", path.display())]
+    Target {
         /// The path given.
         path: PathBuf,
-    },
-    /// There is a file of that name, and it is write-protected.
-    #[error("{}: is write-protected; make it writable or name another file", path.display())]
-    Protected {
-        /// The file to write.
-        path: PathBuf,
+        /// What is wrong with it.
+        source: io::Error,
     },
     /// The temporary file beside the target could not be created.
     #[error("{}: cannot create a file in {}: {source}; choose a folder that exists and can be written to",

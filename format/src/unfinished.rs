@@ -3,7 +3,6 @@
 //! A writer holds its file locked, and the system lets go of the lock with the process, however it ends. So
 //! an unlocked one belongs to nobody: the next writer of the same target removes it.
 
-use std::ffi::OsStr;
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -36,11 +35,12 @@ pub fn discard_unfinished() {
 pub(crate) struct Unfinished(NamedTempFile);
 
 impl Unfinished {
-    /// Makes one for a target of that name in `folder`, and removes what dead writers of the target left there.
-    pub(crate) fn create(folder: &Path, target: &OsStr) -> io::Result<Self> {
+    /// Makes one for `target` in `folder`, its own, and removes what dead writers of the target left there.
+    pub(crate) fn create(folder: &Path, target: &Path) -> io::Result<Self> {
+        let name = target.file_name().unwrap_or_default();
         let prefix = format!(
             "{TEMPORARY_PREFIX}{:016x}-",
-            xxh3_64(target.as_encoded_bytes())
+            xxh3_64(name.as_encoded_bytes())
         );
         remove_orphans(folder, &prefix);
         let mut builder = tempfile::Builder::new();

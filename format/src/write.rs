@@ -14,6 +14,7 @@ use xxhash_rust::xxh3::Xxh3Default;
 
 use crate::error::WriteError;
 use crate::header::{HEADER_LEN, Header};
+use crate::target::file_to_replace;
 use crate::types::Scene;
 use crate::unfinished::Unfinished;
 
@@ -32,35 +33,25 @@ pub fn write(path: &Path, scene: &Scene) -> Result<u64, WriteError> {
         path: path.into(),
         source,
     };
-    let is_link = path.is_symlink();
-    let resolved = is_link.then(|| path.canonicalize()).transpose();
-    let target = resolved.map_err(replace_error)?;
-    let target = target.as_deref().unwrap_or(path);
-    let not_a_file = || WriteError::NotAFile { path: path.into() };
-    let name = target.file_name().ok_or_else(not_a_file)?;
-    if let Ok(present) = target.metadata() {
-        // Renaming would put a file in the place of a device or a pipe.
-        if !present.is_file() {
-            return Err(not_a_file());
-        }
-        if present.permissions().readonly() {
-            return Err(WriteError::Protected { path: path.into() });
-        }
-    }
+    let target = file_to_replace(path).map_err(|source| WriteError::Target {
+        path: path.into(),
+        source,
+    })?;
     let folder = match target.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
     };
-    let mut unfinished = Unfinished::create(folder, name).map_err(|source| WriteError::Create {
-        path: path.into(),
-        folder: folder.into(),
-        source,
-    })?;
+    let mut unfinished =
+        Unfinished::create(folder, &target).map_err(|source| WriteError::Create {
+            path: path.into(),
+            folder: folder.into(),
+            source,
+        })?;
     let len = write_to(unfinished.file(), scene).map_err(|source| WriteError::Write {
         path: path.into(),
         source,
     })?;
-    unfinished.persist(target).map_err(replace_error)?;
+    unfinished.persist(&target).map_err(replace_error)?;
     // Makes the new name survive a power failure; only Unix can open a folder to do so.
     #[cfg(unix)]
     File::open(folder)

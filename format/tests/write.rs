@@ -84,7 +84,7 @@ fn a_target_that_is_a_folder() {
     let folder = tempfile::tempdir().unwrap();
     for path in [folder.path().to_path_buf(), "..".into(), "".into()] {
         let error = write(&path, &scene(1)).unwrap_err();
-        assert!(matches!(error, WriteError::NotAFile { .. }), "{error:?}");
+        assert!(matches!(error, WriteError::Target { .. }), "{error:?}");
     }
     assert!(names(folder.path()).is_empty());
 }
@@ -94,7 +94,7 @@ fn a_target_that_is_a_folder() {
 #[test]
 fn a_target_that_is_a_device() {
     let error = write("/dev/null".as_ref(), &scene(1)).unwrap_err();
-    assert!(matches!(error, WriteError::NotAFile { .. }), "{error:?}");
+    assert!(matches!(error, WriteError::Target { .. }), "{error:?}");
     assert!(!fs::metadata("/dev/null").unwrap().is_file());
 }
 
@@ -107,7 +107,7 @@ fn a_write_protected_target_stays() {
     permissions.set_readonly(true);
     fs::set_permissions(&path, permissions).unwrap();
     let error = write(&path, &scene(1)).unwrap_err();
-    assert!(matches!(error, WriteError::Protected { .. }), "{error:?}");
+    assert!(matches!(error, WriteError::Target { .. }), "{error:?}");
     assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
     assert_eq!(names(folder.path()), ["scene.hroc"]);
 }

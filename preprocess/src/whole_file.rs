@@ -1,7 +1,9 @@
 //! Files that appear whole or not at all.
 
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use hroc_format::file_to_replace;
 
 /// Writes a file through a temporary one beside it, readable as any new file is. A symbolic link stays one: its
 /// target is replaced.
@@ -9,7 +11,7 @@ pub(crate) fn write(
     path: &Path,
     contents: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    let target = target(path)?;
+    let target = file_to_replace(path)?;
     let folder = target
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
@@ -27,21 +29,6 @@ pub(crate) fn write(
     file.as_file().sync_all()?;
     file.persist(target)?;
     Ok(())
-}
-
-/// The file to replace for `path`.
-fn target(path: &Path) -> io::Result<PathBuf> {
-    // Renaming would put a file in the place of a device or a pipe.
-    if path.metadata().is_ok_and(|found| !found.is_file()) {
-        return Err(io::Error::other(
-            "it is a folder, a device or a pipe; name a file",
-        ));
-    }
-    if path.is_symlink() {
-        path.canonicalize()
-    } else {
-        Ok(path.to_owned())
-    }
 }
 
 #[cfg(test)]

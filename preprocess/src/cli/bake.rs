@@ -124,6 +124,12 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
             "--jobs: at most {MAX_JOBS} threads; ask for fewer"
         )));
     }
+    if let Err(error) = hroc_format::file_to_replace(output) {
+        let output = output.display();
+        return Err(Failure::usage(format_args!(
+            "{output}: cannot be written: {error}; name another file"
+        )));
+    }
     let json = json.as_deref().filter(|path| *path != Path::new("-"));
     let depfile = depfile.as_deref();
     for target in [Some(output.as_path()), json, depfile]

@@ -1,9 +1,10 @@
 //! Result files: opened before the work begins, in place only when they are complete.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use hroc_format::file_to_replace;
 use tempfile::NamedTempFile;
 
 use crate::error::StudyError;
@@ -22,9 +23,9 @@ impl OutputFile {
     /// target is replaced.
     ///
     /// # Errors
-    /// If it cannot, or is a folder, a device or a pipe.
+    /// If it cannot, or is no [file to replace](file_to_replace).
     pub fn create(path: &Path) -> Result<Self, StudyError> {
-        let target = target(path).map_err(StudyError::output(path))?;
+        let target = file_to_replace(path).map_err(StudyError::output(path))?;
         let folder = match target.parent() {
             Some(folder) if folder != Path::new("") => folder,
             _ => Path::new("."),
@@ -80,30 +81,6 @@ impl OutputFile {
     }
 }
 
-/// The file to replace for `path`.
-fn target(path: &Path) -> io::Result<PathBuf> {
-    let refused = |reason| Err(io::Error::other(reason));
-    match path.metadata() {
-        Ok(found) if found.is_dir() => return refused("it is a folder"),
-        // Renaming would put a file in the place of a device or a pipe.
-        Ok(found) if !found.is_file() => {
-            return refused(
-                "it is a device or a pipe, not a file (for JSON on the standard output: -)",
-            );
-        }
-        _ => {}
-    }
-    let target = if path.is_symlink() {
-        path.canonicalize()?
-    } else {
-        path.to_owned()
-    };
-    match target.file_name() {
-        Some(_) => Ok(target),
-        None => refused("it has no file name"),
-    }
-}
-
 /// A folder that takes result files.
 ///
 /// # Errors
@@ -130,6 +107,8 @@ pub fn png(texels: &[u8], [width, height]: [u32; 2]) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
+    use std::io;
+
     use super::*;
 
     #[test]

@@ -227,6 +227,8 @@ fn entry_header(id: u128, pixels: &[u8]) -> [u8; HEADER_LEN] {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     const FRAME: &[u8] = b"camera";
@@ -277,16 +279,21 @@ mod tests {
         assert_eq!(cache.load(&key, FRAME), Some(image(7)));
     }
 
+    /// A cache with room for two entries.
+    fn small_cache(folder: &Path, evict_every_entries: u64) -> TruthCache {
+        let entry_bytes = (HEADER_LEN + 16) as u64;
+        TruthCache {
+            folder: folder.into(),
+            max_bytes: 2 * entry_bytes,
+            evict_every_bytes: evict_every_entries * entry_bytes,
+        }
+    }
+
     #[test]
     fn the_entries_used_longest_ago_go_first() {
         let folder = tempfile::tempdir().unwrap();
         let key = TruthKey::new([2, 1], &[]);
-        let entry_bytes = (HEADER_LEN + 16) as u64;
-        let cache = TruthCache {
-            folder: folder.path().into(),
-            max_bytes: 2 * entry_bytes,
-            evict_every_bytes: u64::MAX,
-        };
+        let cache = small_cache(folder.path(), 100);
         let frame = u32::to_le_bytes;
         for i in 0..4 {
             cache.store(&key, &frame(i), &image(i)).unwrap();
@@ -311,12 +318,7 @@ mod tests {
     fn a_long_run_stays_within_the_limit() {
         let folder = tempfile::tempdir().unwrap();
         let key = TruthKey::new([2, 1], &[]);
-        let entry_bytes = (HEADER_LEN + 16) as u64;
-        let cache = TruthCache {
-            folder: folder.path().into(),
-            max_bytes: 2 * entry_bytes,
-            evict_every_bytes: 3 * entry_bytes,
-        };
+        let cache = small_cache(folder.path(), 3);
         let entries = || fs::read_dir(folder.path()).unwrap().count();
         let mut store = TruthStore::new(&cache);
         let mut counts = Vec::new();
