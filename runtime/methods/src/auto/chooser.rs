@@ -76,8 +76,8 @@ const REST: [i64; 2] = [6, 32];
 const DOUBTFUL: f64 = 32.0;
 /// Frames at the start whose times tell nothing: every arm draws once.
 const COLD: u64 = Arm::ALL.len() as u64;
-/// Frames at the start in which two arms that cull draw in turn, whatever it costs, as one rough time would decide
-/// between them for long.
+/// Frames at the start in which two arms that cull draw in turn, whatever it costs, until they are
+/// [decided](DECIDED), as one rough time would decide between them for long.
 const IN_TURN: u64 = 12;
 /// An arm that takes so many times as long as another is not drawn in turn with it, nor are two frames that differ so a
 /// comparison of arms.
@@ -89,6 +89,10 @@ const SAMPLES: usize = 5;
 /// Pairs of neighbouring frames that count. Even, so that each arm comes second in half of them: what the view gains
 /// from one frame to the next is held against both.
 const PAIRS: usize = 6;
+/// Pairs that end the turns at the start, if each of them says the same.
+const DECIDED: usize = 3;
+/// What they say at least: the logarithm of the times over each other.
+const CLEARLY: f64 = 0.05;
 /// Of an arm that was away for so many frames the times before that do not count.
 const FORGOTTEN: i64 = 16;
 /// What geometry and fragments take of the device's times, before any frame told: hosts shade.
@@ -260,6 +264,12 @@ impl Chooser {
         }
     }
 
+    /// Whether all pairs so far say clearly which of the two arms that cull takes longer.
+    fn is_decided(&self) -> bool {
+        let says = |side: f64| self.pairs.iter().all(|pair| side * pair > CLEARLY);
+        self.pairs.len() >= DECIDED && (says(1.0) || says(-1.0))
+    }
+
     /// An arm to try instead of `home`.
     fn trial(&self, expected_ms: &[Option<f64>; 3]) -> Option<Arm> {
         let home = expected_ms[self.home.index()]?;
@@ -271,7 +281,7 @@ impl Chooser {
                 return rested >= self.rest[arm.index()];
             };
             if self.frame < IN_TURN && arm.other() == Some(self.home) {
-                return rested > 1 && expected < HOPELESS * home;
+                return rested > 1 && expected < HOPELESS * home && !self.is_decided();
             }
             let age = self.age(arm);
             // Who draws nearly all that is in view would not take much longer for all, unless it is known that the few
@@ -283,10 +293,15 @@ impl Chooser {
                 }
                 _ => expected,
             };
+            // The less of what is in view shows, the less likely all of it takes less time.
+            let doubt = match arm {
+                Arm::Frustum => self.drawn * age as f64 / DOUBTFUL,
+                _ => age as f64 / DOUBTFUL,
+            };
             // After the frustum's comes a frame that hands over.
             let frames = if arm == Arm::Frustum { 2.0 } else { 1.0 };
             rested >= self.rest[arm.index()]
-                && expected / (1.0 + age as f64 / DOUBTFUL) < home
+                && expected / (1.0 + doubt) < home
                 && frames * (expected - home) <= self.credit_ms[arm.index()]
         };
         others.filter(worth_it).max_by_key(|&arm| self.age(arm))
@@ -640,6 +655,35 @@ mod tests {
                 leaves += u32::from(frame >= 12 && plan.arm == Arm::Leaves);
             }
             assert!(leaves >= 44, "frame {rough} rough: {leaves} of 48 frames");
+        }
+    }
+
+    #[test]
+    fn arms_that_differ_clearly_do_not_draw_in_turn_for_long() {
+        for (costs, worse) in [
+            ([100.0, 40.0, 34.0], Arm::Groups),
+            ([100.0, 34.0, 40.0], Arm::Leaves),
+        ] {
+            let (_, arms) = run(IN_TURN, 0, fixed(costs));
+            let worse = arms[4..].iter().filter(|&&arm| arm == worse).count();
+            assert_eq!(worse, 2, "{arms:?}");
+        }
+        // The same within a few percent: it costs nothing to look again.
+        let (_, arms) = run(IN_TURN, 0, fixed([100.0, 34.0, 34.5]));
+        let leaves = arms[4..].iter().filter(|&&arm| arm == Arm::Leaves);
+        assert_eq!(leaves.count(), 4, "{arms:?}");
+    }
+
+    #[test]
+    fn the_frustum_is_not_tried_where_little_of_what_is_in_view_shows() {
+        // What is in view shrinks to a third, and so does the time of every arm.
+        let mut chooser = Chooser::new();
+        for frame in 0..110 {
+            let load = if frame < 80 { 100.0 } else { 30.0 };
+            let plan = chooser.next(view(load));
+            assert!(frame < 12 || plan.arm != Arm::Frustum, "frame {frame}");
+            chooser.drew(0.2);
+            chooser.took(frame, [1.2, 0.45, 0.4][plan.arm.index()] * load);
         }
     }
 
