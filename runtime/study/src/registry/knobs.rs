@@ -88,6 +88,13 @@ pub(super) const TIGHTER_SURFACE: Knob = Knob {
     sweep: &[1.0, 1.4, 2.0],
 };
 
+pub(super) const OPEN_LEVELS: Knob = Knob {
+    name: "open-levels",
+    help: "levels below a node that shows that are asked about next",
+    default: 2.0,
+    sweep: &[1.0, 2.0, 3.0, 4.0],
+};
+
 pub(super) const LATE_MARGIN: Knob = Knob {
     name: "late-margin",
     help: "modes cr-late and cr-late-exact: draws beyond the last count that are allowed, as a share of it",

@@ -10,7 +10,7 @@ use hroc_runtime::{Grouping, HostSync, Hroc, HrocMode, HrocOptions, Noc, device}
 
 use super::knobs::{
     ASSUMED_VISIBLE, BATCH, BOX_COST, DEPTHS, FIRST_DEPTH, LATE_MARGIN, MULTI_QUERIES,
-    OCCLUDER_TRIANGLES, SEEDS, SIDE, STEPS, TIGHTER_LEVELS, TIGHTER_SURFACE,
+    OCCLUDER_TRIANGLES, OPEN_LEVELS, SEEDS, SIDE, STEPS, TIGHTER_LEVELS, TIGHTER_SURFACE,
 };
 use super::{Exactness, Method, Mode, Parts};
 
@@ -347,6 +347,7 @@ pub const METHODS: &[Method] = &[
             ASSUMED_VISIBLE,
             TIGHTER_LEVELS,
             TIGHTER_SURFACE,
+            OPEN_LEVELS,
         ],
         uses_tree: true,
         make: |parts| {
@@ -357,6 +358,7 @@ pub const METHODS: &[Method] = &[
                 assumed_visible: knob(&ASSUMED_VISIBLE) as u32,
                 tighter_levels: knob(&TIGHTER_LEVELS).min(8.0) as u32,
                 tighter_surface: knob(&TIGHTER_SURFACE) as f32,
+                open_levels: knob(&OPEN_LEVELS).clamp(1.0, 8.0) as u32,
             };
             Box::new(coherent(parts, options))
         },
