@@ -54,18 +54,7 @@ pub(crate) struct Bounds {
 /// The pixels that `bounds` touch.
 #[inline(always)]
 pub(crate) fn pixels<S: Simd>(s: S, view: &View, bounds: &Bounds) -> Footprint {
-    let mut grow = 0.0;
     let mut nearest = bounds.nearest * (1.0 + 16.0 * U);
-    if let Some(inner) = &view.inner {
-        let reach = bounds
-            .min
-            .into_iter()
-            .chain(bounds.max)
-            .fold(1.0_f32, |most, v| most.max(v.abs()));
-        grow = inner.displacement_px((reach + 1.0) * view.longer_px(), bounds.inverse_w);
-        let [factor, absolute] = inner.depth_margin(view.depth, bounds.inverse_w);
-        nearest = nearest * (2.0 - factor) + absolute;
-    }
     // Left, bottom, right, top, with y down.
     let ([x0, y0], [x1, y1]) = (bounds.min, bounds.max);
     let ndc = s.mul(
@@ -73,37 +62,49 @@ pub(crate) fn pixels<S: Simd>(s: S, view: &View, bounds: &Bounds) -> Footprint {
         s.repeat_four(&[1.0, -1.0, 1.0, -1.0]),
     );
     let [half_x, half_y] = view.half;
-    let edges = s.add(
-        s.mul(
-            s.add(ndc, s.splat(1.0)),
-            s.repeat_four(&[half_x, half_y, half_x, half_y]),
-        ),
-        s.repeat_four(&[-grow, grow, grow, -grow]),
+    let mut edges = s.mul(
+        s.add(ndc, s.splat(1.0)),
+        s.repeat_four(&[half_x, half_y, half_x, half_y]),
     );
-    // A NaN compares false and so is never outside.
-    let zero = s.splat(0.0);
-    let [within_x, within_y] = view.within_px;
-    let within = s.repeat_four(&[within_x, within_y, within_x, within_y]);
-    let ends_before = s.mask_bits(s.lt(edges, zero)) & 0b0110;
-    let begins_beyond = s.mask_bits(s.lt(within, edges)) & 0b1001;
-    if ends_before | begins_beyond != 0 {
-        return Err(Visibility::Outside);
+    if let Some(inner) = &view.inner {
+        let reach = bounds
+            .min
+            .into_iter()
+            .chain(bounds.max)
+            .fold(1.0_f32, |most, v| most.max(v.abs()));
+        let grow = inner.displacement_px((reach + 1.0) * view.longer_px(), bounds.inverse_w);
+        edges = s.add(edges, s.repeat_four(&[-grow, grow, grow, -grow]));
+        let [factor, absolute] = inner.depth_margin(view.depth, bounds.inverse_w);
+        nearest = nearest * (2.0 - factor) + absolute;
     }
+    let zero = s.splat(0.0);
+    let [width, height] = view.size_px;
+    let size = s.repeat_four(&[width, height, width, height]);
+    // Just below 0, so that 0 is not.
+    let before = s.splat(-f32::MIN_POSITIVE);
+    let begins_before_end = s.mask_bits(s.lt(edges, size)) & 0b1001;
+    let ends_after_start = s.mask_bits(s.lt(before, edges)) & 0b0110;
     let [last_x, last_y] = view.last_px;
     let last = s.repeat_four(&[last_x, last_y, last_x, last_y]);
-    let [left, bottom, right, top] = four(s, s.bits(edges)).map(f32::from_bits);
-    let inside = s.to_int(s.min(s.max(edges, zero), last));
-    let [min_x, max_y, max_x, min_y] = four(s, inside);
-    let known = left <= right && top <= bottom && nearest < f32::INFINITY && nearest > 0.0;
-    if known {
-        Ok(PixelRect {
+    let [min_x, max_y, max_x, min_y] = four(s, s.to_int(s.min(s.max(edges, zero), last)));
+    // False where anything is NaN.
+    let is_in_view = begins_before_end | ends_after_start == 0b1111;
+    if is_in_view && min_x <= max_x && min_y <= max_y && nearest > 0.0 {
+        return Ok(PixelRect {
             min: [min_x, min_y],
             max: [max_x, max_y],
             nearest,
-        })
-    } else {
-        Err(Visibility::Visible)
+        });
     }
+    let [within_x, within_y] = view.within_px;
+    let within = s.repeat_four(&[within_x, within_y, within_x, within_y]);
+    let ends_before_start = s.mask_bits(s.lt(edges, zero)) & 0b0110;
+    let begins_after_end = s.mask_bits(s.lt(within, edges)) & 0b1001;
+    Err(if ends_before_start | begins_after_end != 0 {
+        Visibility::Outside
+    } else {
+        Visibility::Visible
+    })
 }
 
 /// The first four lanes.
@@ -273,89 +274,72 @@ impl AsksPixels<'_> {
     fn is_hidden<S: Simd>(&self, s: S) -> bool {
         let lanes = S::LANES as u32;
         let PixelRect { min, max, nearest } = self.rect;
-        let columns = self.buffer.tiles[0];
+        let nearest = s.splat(nearest);
+        let stride = 3 * S::LANES;
+        let row_stride = stride * self.buffer.tiles[0] as usize;
         let words = self.buffer.words();
-        let nearest_all = s.splat(nearest);
         // Lanes, four to a row of subtiles, whose subtiles the rectangle touches: all in the tiles between,
         // some in the first and last of each row and column.
-        let (first_column, last_column) = (min[0] / TILE_WIDTH, max[0] / TILE_WIDTH);
-        let (first_row, last_row) = (min[1] / lanes, max[1] / lanes);
+        let [first_column, last_column] = [min[0], max[0]].map(|x| (x / TILE_WIDTH) as usize);
+        let [first_row, last_row] = [min[1], max[1]].map(|y| (y / lanes) as usize);
         let subtile = |x: u32| (x / 8 % 4) as usize;
         let (first_columns, last_columns) = (FROM[subtile(min[0])], UP_TO[subtile(max[0])]);
         let all = !0_u32 >> (32 - S::LANES);
         // Four lanes for each four rows of pixels.
         let first_rows = (!0 << (min[1] & (lanes - 4))) & all;
         let last_rows = (!0 >> (28 - (max[1] & (lanes - 4)))) & all;
-        let tile_at = |x: u32, y: u32| &words[(y * columns + x) as usize * 3 * S::LANES..];
+        let first = first_row * row_stride + first_column * stride;
+        let (right, down) = (last_column - first_column, last_row - first_row);
         // What is small: four tiles, some of which may be the same, without a loop, whose length nothing would predict.
-        if last_column - first_column < 2 && last_row - first_row < 2 {
-            let [left, right] = ends(first_column == last_column, first_columns, last_columns);
-            let [top, bottom] = ends(first_row == last_row, first_rows, last_rows);
-            let corners = [
-                (first_column, first_row, left & top),
-                (last_column, first_row, right & top),
-                (first_column, last_row, left & bottom),
-                (last_column, last_row, right & bottom),
+        if right < 2 && down < 2 {
+            let [left, right_columns] = ends(right == 0, first_columns, last_columns);
+            let [top, bottom] = ends(down == 0, first_rows, last_rows);
+            let (right, down) = (right * stride, down * row_stride);
+            let starts = [first, first + right, first + down, first + right + down];
+            let touched = [
+                left & top,
+                right_columns & top,
+                left & bottom,
+                right_columns & bottom,
             ];
-            let mut seen = 0_u64;
-            for (i, (tile_x, tile_y, touched)) in corners.into_iter().enumerate() {
-                let tile = tile_at(tile_x, tile_y);
-                let hidden = s.mask_bits(s.lt(nearest_all, s.of_bits(s.load(tile))));
-                seen |= u64::from(!hidden & touched) << (i * S::LANES);
+            let mut seen = [0; 4];
+            for (seen, (start, touched)) in seen.iter_mut().zip(starts.into_iter().zip(touched)) {
+                let hidden =
+                    s.mask_bits(s.lt(nearest, s.of_bits(s.load(&words[start..start + S::LANES]))));
+                *seen = !hidden & touched;
             }
-            while seen != 0 {
-                let place = seen.trailing_zeros() as usize;
-                seen &= seen - 1;
-                let (tile_x, tile_y, _) = corners[place / S::LANES];
-                let tile = tile_at(tile_x, tile_y);
-                if self.is_seen::<S>(tile, [tile_x, tile_y], place % S::LANES) {
-                    return false;
-                }
+            if seen[0] | seen[1] | seen[2] | seen[3] == 0 {
+                return true;
             }
-            return true;
+            let columns = [first_column, last_column, first_column, last_column];
+            let rows = [first_row, first_row, last_row, last_row];
+            return !(0..4).any(|i| {
+                let tile = &words[starts[i]..][..stride];
+                seen[i] != 0 && self.rect.is_seen_in(tile, [columns[i], rows[i]], seen[i])
+            });
         }
-        for tile_y in first_row..=last_row {
+        for (row, tiles) in (first_row..=last_row).zip(words[first..].chunks(row_stride)) {
             let mut rows = all;
-            if tile_y == first_row {
+            if row == first_row {
                 rows &= first_rows;
             }
-            if tile_y == last_row {
+            if row == last_row {
                 rows &= last_rows;
             }
-            for tile_x in first_column..=last_column {
-                let mut touched = rows;
-                if tile_x == first_column {
-                    touched &= first_columns;
+            let mut columns = first_columns;
+            for (column, tile) in (first_column..=last_column).zip(tiles.chunks_exact(stride)) {
+                if column == last_column {
+                    columns &= last_columns;
                 }
-                if tile_x == last_column {
-                    touched &= last_columns;
+                let hidden = s.mask_bits(s.lt(nearest, s.of_bits(s.load(tile))));
+                let seen = !hidden & rows & columns;
+                if seen != 0 && self.rect.is_seen_in(tile, [column, row], seen) {
+                    return false;
                 }
-                let tile = tile_at(tile_x, tile_y);
-                let hidden = s.mask_bits(s.lt(nearest_all, s.of_bits(s.load(tile))));
-                let mut seen = !hidden & touched;
-                while seen != 0 {
-                    let lane = seen.trailing_zeros() as usize;
-                    seen &= seen - 1;
-                    if self.is_seen::<S>(tile, [tile_x, tile_y], lane) {
-                        return false;
-                    }
-                }
+                columns = !0;
             }
         }
         true
-    }
-
-    /// Whether the working layer of a subtile, whose reference layer hides nothing, leaves the rectangle to be seen.
-    #[inline(always)]
-    fn is_seen<S: Simd>(&self, tile: &[u32], [tile_x, tile_y]: [u32; 2], lane: usize) -> bool {
-        let corner = [
-            tile_x * TILE_WIDTH + 8 * (lane as u32 & 3),
-            tile_y * S::LANES as u32 + (lane as u32 & !3),
-        ];
-        let asked = subtile_mask(&self.rect, corner);
-        let working = f32::from_bits(tile[S::LANES + lane]);
-        let open = tile[2 * S::LANES + lane];
-        asked & open != 0 || self.rect.nearest >= working
     }
 }
 
@@ -366,12 +350,32 @@ fn ends(same: bool, first: u32, last: u32) -> [u32; 2] {
     if same { [both, 0] } else { [first, last] }
 }
 
-/// The pixels of a rectangle in the subtile at `corner`, which it touches.
-#[inline(always)]
-fn subtile_mask(rect: &PixelRect, corner: [u32; 2]) -> u32 {
-    let first = |axis: usize| rect.min[axis].saturating_sub(corner[axis]);
-    let last = |axis: usize, most: u32| (rect.max[axis] - corner[axis]).min(most);
-    let row = (0xFF << first(0) & 0xFF) & (0xFF >> (7 - last(0, 7)));
-    let rows = (!0 << (8 * first(1))) & (!0 >> (8 * (3 - last(1, 3))));
-    (row * 0x0101_0101) & rows
+impl PixelRect {
+    /// Whether the working layer of the tile number `at` leaves some of this to be seen in any of the lanes `seen`,
+    /// where the reference layer does.
+    #[inline(never)]
+    fn is_seen_in(&self, tile: &[u32], at: [usize; 2], mut seen: u32) -> bool {
+        let lanes = tile.len() / 3;
+        // Columns and rows of the tile that are asked about, a bit each.
+        let [columns, rows] = [(0, TILE_WIDTH), (1, lanes as u32)].map(|(axis, side)| {
+            let corner = at[axis] as u32 * side;
+            let first = self.min[axis].saturating_sub(corner);
+            let last = (self.max[axis] - corner).min(side - 1);
+            (!0 << first) & (!0 >> (31 - last))
+        });
+        while seen != 0 {
+            let lane = seen.trailing_zeros();
+            seen &= seen - 1;
+            let columns = columns >> (8 * (lane & 3)) & 0xFF;
+            let rows = rows >> (lane & !3) & 0xF;
+            // A row's bit becomes the lowest of its byte, and the byte the columns.
+            let asked = ((rows * 0x0020_4081) & 0x0101_0101) * columns;
+            let [_, working, open] = [0, 1, 2].map(|layer| tile[layer * lanes + lane as usize]);
+            // An empty working layer is open everywhere.
+            if asked & open != 0 || self.nearest >= f32::from_bits(working) {
+                return true;
+            }
+        }
+        false
+    }
 }
