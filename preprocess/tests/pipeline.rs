@@ -258,7 +258,7 @@ fn targets_that_must_not_be_written() {
     fs::set_permissions(folder.path("x.hroc"), permissions).unwrap();
     let (code, err) = folder.run(&["bake", "b.obj", "-o", "x.hroc"]);
     assert!(
-        code == 3 && err.contains("x.hroc: is write-protected"),
+        code == 3 && err.contains("x.hroc: cannot be written: it is write-protected"),
         "{err}"
     );
     assert_eq!(fs::read_to_string(folder.path("x.hroc")).unwrap(), "mine");

@@ -124,12 +124,6 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
             "--jobs: at most {MAX_JOBS} threads; ask for fewer"
         )));
     }
-    if let Err(error) = hroc_format::file_to_replace(output) {
-        let output = output.display();
-        return Err(Failure::usage(format_args!(
-            "{output}: cannot be written: {error}; name another file"
-        )));
-    }
     let json = json.as_deref().filter(|path| *path != Path::new("-"));
     let depfile = depfile.as_deref();
     for target in [Some(output.as_path()), json, depfile]
@@ -155,6 +149,12 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
                 "{target}: there is no folder {folder}; create it first"
             )));
         }
+    }
+    if let Err(error) = hroc_format::file_to_replace(output) {
+        let output = output.display();
+        return Err(Failure::file(format_args!(
+            "{output}: cannot be written: {error}; name another file"
+        )));
     }
     for (name, target, others) in [
         ("--json", json, [Some(output.as_path()), depfile]),
