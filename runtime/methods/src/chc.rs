@@ -11,10 +11,10 @@
 //! answers (or a full batch), and all questions are then asked in one pass, one submit and one wait, after what was
 //! found so far is drawn. Where something of several nodes shows, interior ones are opened, and leaves asked about one
 //! by one along with what comes next, or drawn if nothing does: a wait more would cost more. For the same reason CHC++
-//! opens two levels of a node at once. Questions about leaves that
-//! showed go along with others; where there are none, they are asked in the next frame that waits anyhow, and the leaf
-//! counts as visible until then. Nodes that touch the near plane are opened without a question. A question compares the
-//! depth where the pixel's ray enters the padded bounds.
+//! opens two levels of a node at once. Questions about leaves that showed go along with others; where there are none,
+//! they are asked in the next frame that waits anyhow, and the leaf counts as visible until then. Nodes that touch the
+//! near plane are opened without a question. A question compares the depth where the pixel's ray enters the padded
+//! bounds.
 
 use std::collections::BinaryHeap;
 
@@ -170,7 +170,7 @@ impl CoherentCulling {
         });
     }
 
-    /// Draws a leaf, or queues what is `levels` below a node.
+    /// Draws a leaf, or queues what is `levels` below a node, and the leaves before.
     fn open(
         &mut self,
         uniform: &FrameUniform,
@@ -182,24 +182,14 @@ impl CoherentCulling {
             self.waves.add(self.tree.nodes[n as usize].object);
             return;
         }
-        queue.extend(self.levels_below(n, levels).into_iter().map(|node| Queued {
-            distance: self.tree.distance(uniform, node),
-            node,
-        }));
-    }
-
-    /// What is so many levels below a node, and the leaves before.
-    fn levels_below(&self, n: u32, levels: u32) -> Vec<u32> {
-        (0..levels).fold(vec![n], |nodes, _| self.below(&nodes))
-    }
-
-    /// The level below some nodes; leaves stay.
-    fn below(&self, nodes: &[u32]) -> Vec<u32> {
-        let below = nodes.iter().flat_map(|&n| match self.tree.is_leaf(n) {
-            true => vec![n],
-            false => self.tree.children(n).to_vec(),
-        });
-        below.collect()
+        for node in self.tree.children(n) {
+            if levels > 1 && !self.tree.is_leaf(node) {
+                self.open(uniform, node, levels - 1, queue);
+            } else {
+                let distance = self.tree.distance(uniform, node);
+                queue.push(Queued { distance, node });
+            }
+        }
     }
 
     /// Walks on until there is nothing left to do, or a batch of hidden nodes is full.
@@ -245,7 +235,11 @@ impl CoherentCulling {
         let mut boxes = vec![n];
         let most = self.options.tighter_surface * self.tree.surface(n);
         for _ in 0..self.options.tighter_levels {
-            let below = self.below(&boxes);
+            let below = boxes.iter().flat_map(|&n| match self.tree.is_leaf(n) {
+                true => vec![n],
+                false => self.tree.children(n).to_vec(),
+            });
+            let below = below.collect::<Vec<_>>();
             let surface = below.iter().map(|&n| self.tree.surface(n)).sum::<f32>();
             if below.len() == boxes.len() || surface > most {
                 break;
@@ -267,9 +261,13 @@ impl CoherentCulling {
             .collect()
     }
 
-    /// How many questions follow one about several nodes, for this of them, if it fails.
-    fn pieces(&self, n: u32) -> usize {
-        self.levels_below(n, self.options.open_levels).len()
+    /// How many questions follow one about several nodes, for this of them, if it fails and opens so many levels.
+    fn pieces(&self, n: u32, levels: u32) -> usize {
+        if levels == 0 || self.tree.is_leaf(n) {
+            return 1;
+        }
+        let below = self.tree.children(n).into_iter();
+        below.map(|node| self.pieces(node, levels - 1)).sum()
     }
 
     /// Puts nodes that were hidden together, as long as that spares more than it risks.
@@ -292,11 +290,12 @@ impl CoherentCulling {
             let value = |all_keep: f64, count: usize, then: usize| {
                 count as f64 / (1.0 + (1.0 - all_keep) * then as f64)
             };
-            let mut then = self.pieces(first);
+            let levels = self.options.open_levels;
+            let mut then = self.pieces(first, levels);
             let mut best = value(all_keep, 1, then);
             while let Some(&next) = rest.peek() {
                 let with = all_keep * keeps(next);
-                let then_with = then + self.pieces(next);
+                let then_with = then + self.pieces(next, levels);
                 let better = value(with, question.nodes.len() + 1, then_with);
                 if better <= best {
                     break;
