@@ -58,7 +58,7 @@ impl ChcOptions {
         tighter_surface: 1.0,
         open_levels: 1,
     };
-    /// CHC++ with the parameters of the HROC paper.
+    /// CHC++ with the parameters of the HROC paper, and two levels opened at once.
     pub const CHC_PLUS_PLUS: Self = Self {
         batch: Some(4000),
         multi_queries: true,

@@ -370,7 +370,7 @@ impl PixelRect {
             let rows = rows >> (lane & !3) & 0xF;
             // A row's bit becomes the lowest of its byte, and the byte the columns.
             let asked = ((rows * 0x0020_4081) & 0x0101_0101) * columns;
-            let [_, working, open] = [0, 1, 2].map(|layer| tile[layer * lanes + lane as usize]);
+            let [working, open] = [1, 2].map(|layer| tile[layer * lanes + lane as usize]);
             // An empty working layer is open everywhere.
             if asked & open != 0 || self.nearest >= f32::from_bits(working) {
                 return true;
