@@ -11,13 +11,18 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::simd::Simd;
+
 /// Tile width in pixels: the bits of a lane, one row of coverage.
 pub(crate) const TILE_WIDTH: u32 = 32;
 
-/// A cache line.
+/// A tile's reference depth, working depth and open pixels.
+pub(crate) type Tile<S> = [<S as Simd>::Words; 3];
+
+/// A tile of 16 lanes, or two of 8: whole cache lines.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
-struct Line([u32; 16]);
+struct Lines([u32; 48]);
 
 #[derive(Clone, Debug)]
 pub(crate) struct MaskedDepth {
@@ -26,7 +31,7 @@ pub(crate) struct MaskedDepth {
     pub tiles: [u32; 2],
     lanes: usize,
     word_count: usize,
-    lines: Vec<Line>,
+    lines: Vec<Lines>,
 }
 
 impl MaskedDepth {
@@ -38,7 +43,7 @@ impl MaskedDepth {
             tiles,
             lanes,
             word_count,
-            lines: vec![Line([0; 16]); word_count.div_ceil(16)],
+            lines: vec![Lines([0; 48]); word_count.div_ceil(48)],
         };
         buffer.clear();
         buffer
@@ -57,6 +62,13 @@ impl MaskedDepth {
     #[inline]
     pub fn words(&self) -> &[u32] {
         &bytemuck::cast_slice(&self.lines)[..self.word_count]
+    }
+
+    /// Tile after tile, for the lanes that this was made for; after the last there may be one that is none.
+    #[inline(always)]
+    pub fn in_tiles<S: Simd>(&self) -> &[Tile<S>] {
+        debug_assert_eq!(self.lanes, S::LANES);
+        bytemuck::cast_slice(&self.lines)
     }
 
     /// As [`Self::words`].

@@ -1,6 +1,6 @@
 //! Seeded triangles and queries, for replays, tests and benchmarks. Equal seeds give equal output.
 
-use crate::query::Rect;
+use crate::footprint::Rect;
 
 /// Clip-space triangles.
 pub type ClipTriangles = Vec<[[f32; 4]; 3]>;

@@ -2,10 +2,10 @@
 //! one depth per pixel, which is then reduced to the farthest of each 8x8 pixels, and queries ask those.
 
 use crate::clip::Polygon;
+use crate::footprint::{FindsHull, Footprint, Rect, Visibility, rect_footprint};
 use crate::geometry::{Aabb, Matrix4, Occluder, Transform, compose, transform};
 use crate::msoc::{MeshError, check_indices};
 use crate::options::{Options, OptionsError};
-use crate::query::{FindsHull, Footprint, Rect, Visibility, rect_footprint};
 use crate::raster::Events;
 use crate::rasterize::{Indexed, Triangles, Visit, for_each};
 use crate::setup::{Plane, Triangle};

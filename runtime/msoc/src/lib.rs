@@ -11,6 +11,7 @@
 
 mod buffer;
 mod clip;
+mod footprint;
 pub mod generate;
 mod geometry;
 pub mod hiz;
@@ -28,10 +29,10 @@ mod simd;
 mod traverse;
 mod view;
 
+pub use footprint::{Rect, Visibility};
 pub use geometry::{Aabb, Affine3, IDENTITY, Matrix4, Occluder, OccluderMesh};
 pub use msoc::{MeshError, Msoc};
 pub use occluders::{Candidate, OccluderChoice};
 pub use options::{Depth, MAX_SIDE, Mode, Options, OptionsError};
-pub use query::{Rect, Visibility};
 pub use simd::{Isa, IsaName};
 pub use traverse::{Hierarchy, Node, Traversal};

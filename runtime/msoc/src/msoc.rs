@@ -1,13 +1,12 @@
 //! The culler: what the crate is used through.
 
 use crate::buffer::MaskedDepth;
+use crate::footprint::{Bounds, FindsBounds, FindsHull, Footprint, Rect, Visibility};
 use crate::geometry::{
     Aabb, Matrix4, Occluder, OccluderMesh, Transform, clip_error, compose, sphere_bounds, transform,
 };
 use crate::options::{Depth, Mode, Options, OptionsError};
-use crate::query::{
-    AsksPixels, AsksRect, Bounds, FindsBounds, FindsHull, Footprint, Rect, Visibility,
-};
+use crate::query::{AsksPixels, AsksRect};
 use crate::rasterize::{Indexed, rasterize};
 use crate::simd::Isa;
 use crate::view::View;
@@ -138,7 +137,10 @@ impl Msoc {
     #[inline]
     pub fn query_rect(&self, rect: &Rect) -> Visibility {
         let (view, buffer) = (&self.view, &self.buffer);
-        self.isa.run(AsksRect { view, buffer, rect })
+        match self.isa.run(AsksRect { view, buffer, rect }) {
+            Ok(answer) => answer,
+            Err(rect) => self.isa.run(AsksPixels { buffer, rect }),
+        }
     }
 
     /// Whether the hull of eight clip-space corners can be seen.

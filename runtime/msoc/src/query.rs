@@ -1,228 +1,9 @@
 //! Occlusion queries against the masked depth buffer.
 
-use bytemuck::Zeroable;
-
-use crate::buffer::{MaskedDepth, TILE_WIDTH};
-use crate::options::Depth;
+use crate::buffer::{MaskedDepth, TILE_WIDTH, Tile};
+use crate::footprint::{PixelRect, Rect, Visibility, rect_footprint};
 use crate::simd::{Kernel, Simd};
-use crate::view::{LEAST_W, U, View};
-
-/// What a query finds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Visibility {
-    /// In the view, and not known to be hidden.
-    Visible,
-    /// Behind the occluders wherever it is in the view.
-    Occluded,
-    /// Not in the view.
-    Outside,
-}
-
-/// A rectangle of the screen and how near something in it comes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rect {
-    /// Least x and y in NDC, y up.
-    pub min: [f32; 2],
-    /// Greatest x and y in NDC.
-    pub max: [f32; 2],
-    /// View depth (w) of the nearest point; with [`Depth::Reversed`] and [`Depth::Standard`] 1 over its
-    /// nearness.
-    pub nearest_w: f32,
-}
-
-/// Pixels, both ends included, and nearness.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PixelRect {
-    pub min: [u32; 2],
-    pub max: [u32; 2],
-    pub nearest: f32,
-}
-
-/// Where something may be in the image: pixels touched, or an answer that needs no depth.
-pub(crate) type Footprint = Result<PixelRect, Visibility>;
-
-/// Bounds in NDC and nearness.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Bounds {
-    pub min: [f32; 2],
-    pub max: [f32; 2],
-    pub nearest: f32,
-    /// 1 over the least w, for the error of clip space.
-    pub inverse_w: f32,
-}
-
-/// The pixels that `bounds` touch.
-#[inline(always)]
-pub(crate) fn pixels<S: Simd>(s: S, view: &View, bounds: &Bounds) -> Footprint {
-    let mut nearest = bounds.nearest * (1.0 + 16.0 * U);
-    // Left, bottom, right, top, with y down.
-    let ([x0, y0], [x1, y1]) = (bounds.min, bounds.max);
-    let ndc = s.mul(
-        s.repeat_four(&[x0, y0, x1, y1]),
-        s.repeat_four(&[1.0, -1.0, 1.0, -1.0]),
-    );
-    let [half_x, half_y] = view.half;
-    let mut edges = s.mul(
-        s.add(ndc, s.splat(1.0)),
-        s.repeat_four(&[half_x, half_y, half_x, half_y]),
-    );
-    if let Some(inner) = &view.inner {
-        let reach = bounds
-            .min
-            .into_iter()
-            .chain(bounds.max)
-            .fold(1.0_f32, |most, v| most.max(v.abs()));
-        let grow = inner.displacement_px((reach + 1.0) * view.longer_px(), bounds.inverse_w);
-        edges = s.add(edges, s.repeat_four(&[-grow, grow, grow, -grow]));
-        let [factor, absolute] = inner.depth_margin(view.depth, bounds.inverse_w);
-        nearest = nearest * (2.0 - factor) + absolute;
-    }
-    let zero = s.splat(0.0);
-    let [width, height] = view.size_px;
-    let size = s.repeat_four(&[width, height, width, height]);
-    // Just below 0, so that 0 is not.
-    let before = s.splat(-f32::MIN_POSITIVE);
-    let begins_before_end = s.mask_bits(s.lt(edges, size)) & 0b1001;
-    let ends_after_start = s.mask_bits(s.lt(before, edges)) & 0b0110;
-    let [last_x, last_y] = view.last_px;
-    let last = s.repeat_four(&[last_x, last_y, last_x, last_y]);
-    let [min_x, max_y, max_x, min_y] = four(s, s.to_int(s.min(s.max(edges, zero), last)));
-    // False where anything is NaN.
-    let is_in_view = begins_before_end | ends_after_start == 0b1111;
-    if is_in_view && min_x <= max_x && min_y <= max_y && nearest > 0.0 {
-        return Ok(PixelRect {
-            min: [min_x, min_y],
-            max: [max_x, max_y],
-            nearest,
-        });
-    }
-    let [within_x, within_y] = view.within_px;
-    let within = s.repeat_four(&[within_x, within_y, within_x, within_y]);
-    let ends_before_start = s.mask_bits(s.lt(edges, zero)) & 0b0110;
-    let begins_after_end = s.mask_bits(s.lt(within, edges)) & 0b1001;
-    Err(if ends_before_start | begins_after_end != 0 {
-        Visibility::Outside
-    } else {
-        Visibility::Visible
-    })
-}
-
-/// The first four lanes.
-#[inline(always)]
-fn four<S: Simd>(s: S, vector: S::I) -> [u32; 4] {
-    let mut words = S::Words::zeroed();
-    s.store(vector, words.as_mut());
-    std::array::from_fn(|lane| words.as_ref()[lane])
-}
-
-/// The pixels of a rectangle given by a caller.
-#[inline(always)]
-pub(crate) fn rect_footprint<S: Simd>(s: S, view: &View, rect: &Rect) -> Footprint {
-    let nearest = 1.0 / rect.nearest_w;
-    let footprint = pixels(
-        s,
-        view,
-        &Bounds {
-            min: rect.min,
-            max: rect.max,
-            nearest,
-            inverse_w: nearest,
-        },
-    )?;
-    let in_front = rect.nearest_w > view.near;
-    if in_front {
-        Ok(footprint)
-    } else {
-        Err(Visibility::Visible)
-    }
-}
-
-/// The pixels of the convex hull of points in clip space.
-#[inline(always)]
-pub(crate) fn hull_footprint<S: Simd>(s: S, view: &View, corners: &[[f32; 4]]) -> Footprint {
-    if outside_frustum(view, corners) {
-        return Err(Visibility::Outside);
-    }
-    let mut bounds = Bounds {
-        min: [f32::INFINITY; 2],
-        max: [f32::NEG_INFINITY; 2],
-        nearest: 0.0,
-        inverse_w: 0.0,
-    };
-    for corner in corners {
-        let [x, y, _, w] = *corner;
-        let n = view.numerator(*corner);
-        // Written so that a NaN is not in front.
-        let in_front = w > (view.near * n).max(LEAST_W);
-        if !in_front {
-            return Err(Visibility::Visible);
-        }
-        let inverse_w = 1.0 / w;
-        for (axis, value) in [x * inverse_w, y * inverse_w].into_iter().enumerate() {
-            bounds.min[axis] = bounds.min[axis].min(value);
-            bounds.max[axis] = bounds.max[axis].max(value);
-        }
-        bounds.nearest = bounds.nearest.max(n * inverse_w);
-        bounds.inverse_w = bounds.inverse_w.max(inverse_w);
-    }
-    pixels(s, view, &bounds)
-}
-
-/// Whether all corners are beyond one plane of the frustum, by more than `inner` allows them to move.
-#[inline(always)]
-fn outside_frustum(view: &View, corners: &[[f32; 4]]) -> bool {
-    let (mut slack_per_w, mut error) = (8.0 * U, 0.0);
-    if let Some(inner) = &view.inner {
-        slack_per_w += (inner.step_px + 0.01) / view.half[0].min(view.half[1]);
-        error = 2.0 * inner.clip_error;
-    }
-    let beyond = |distance: fn(&View, &[f32; 4]) -> f32| {
-        let out = |c: &[f32; 4]| {
-            distance(view, c) < -(slack_per_w * (c[3].abs() + c[0].abs() + c[1].abs()) + error)
-        };
-        corners.iter().all(out)
-    };
-    beyond(|_, c| c[3] - c[0])
-        || beyond(|_, c| c[3] + c[0])
-        || beyond(|_, c| c[3] - c[1])
-        || beyond(|_, c| c[3] + c[1])
-        || beyond(|view, c| match view.depth {
-            Depth::InverseW => c[3] - view.near,
-            Depth::Reversed | Depth::Standard => c[3] - view.numerator(*c),
-        })
-}
-
-/// Finds the pixels of a convex hull.
-#[derive(Clone, Copy)]
-pub(crate) struct FindsHull<'a> {
-    pub view: &'a View,
-    pub corners: &'a [[f32; 4]; 8],
-}
-
-impl Kernel for FindsHull<'_> {
-    type Output = Footprint;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> Footprint {
-        hull_footprint(s, self.view, self.corners)
-    }
-}
-
-/// Finds the pixels of bounds.
-#[derive(Clone, Copy)]
-pub(crate) struct FindsBounds<'a> {
-    pub view: &'a View,
-    pub bounds: &'a Bounds,
-}
-
-impl Kernel for FindsBounds<'_> {
-    type Output = Footprint;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> Footprint {
-        pixels(s, self.view, self.bounds)
-    }
-}
+use crate::view::View;
 
 /// Asks about a rectangle given by a caller.
 #[derive(Clone, Copy)]
@@ -233,14 +14,22 @@ pub(crate) struct AsksRect<'a> {
 }
 
 impl Kernel for AsksRect<'_> {
-    type Output = Visibility;
+    /// Or the pixels, if they are many: what asks about those would cost the others registers.
+    type Output = Result<Visibility, PixelRect>;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> Visibility {
+    fn run<S: Simd>(self, s: S) -> Self::Output {
+        let rect = match rect_footprint(s, self.view, self.rect) {
+            Err(known) => return Ok(known),
+            Ok(rect) => rect,
+        };
         let buffer = self.buffer;
-        match rect_footprint(s, self.view, self.rect) {
-            Err(known) => known,
-            Ok(rect) => AsksPixels { buffer, rect }.run(s),
+        let asks = AsksPixels { buffer, rect };
+        let tiles = asks.tiles::<S>();
+        if tiles.are_few() {
+            Ok(answer(asks.are_hidden_in_few(s, &tiles)))
+        } else {
+            Err(rect)
         }
     }
 }
@@ -257,125 +46,225 @@ impl Kernel for AsksPixels<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Visibility {
-        if self.is_hidden(s) {
-            Visibility::Occluded
+        let tiles = self.tiles::<S>();
+        answer(if tiles.are_few() {
+            self.are_hidden_in_few(s, &tiles)
         } else {
-            Visibility::Visible
-        }
+            self.are_hidden_in(s, &tiles)
+        })
     }
 }
 
-/// Of a row of four subtiles, repeated for every row: those from one on, and those up to one.
-const FROM: [u32; 4] = [0xFFFF_FFFF, 0xEEEE_EEEE, 0xCCCC_CCCC, 0x8888_8888];
-const UP_TO: [u32; 4] = [0x1111_1111, 0x3333_3333, 0x7777_7777, 0xFFFF_FFFF];
+#[inline(always)]
+fn answer(hidden: bool) -> Visibility {
+    if hidden {
+        Visibility::Occluded
+    } else {
+        Visibility::Visible
+    }
+}
+
+/// Tiles that pixels touch.
+struct Tiles {
+    /// The first column and row.
+    first: [u32; 2],
+    /// From there to the last.
+    more: [u32; 2],
+}
+
+impl Tiles {
+    /// No more than two across and two down.
+    #[inline(always)]
+    fn are_few(&self) -> bool {
+        self.more[0] < 2 && self.more[1] < 2
+    }
+
+    /// Number of the first in a buffer with `across` of them in a row.
+    #[inline(always)]
+    fn start(&self, across: usize) -> usize {
+        self.first[1] as usize * across + self.first[0] as usize
+    }
+}
 
 impl AsksPixels<'_> {
     #[inline(always)]
-    fn is_hidden<S: Simd>(&self, s: S) -> bool {
-        let lanes = S::LANES as u32;
+    fn tiles<S: Simd>(&self) -> Tiles {
+        let PixelRect { min, max, .. } = self.rect;
+        let first = [min[0] / TILE_WIDTH, min[1] / S::LANES as u32];
+        let last = [max[0] / TILE_WIDTH, max[1] / S::LANES as u32];
+        let more = [last[0] - first[0], last[1] - first[1]];
+        Tiles { first, more }
+    }
+
+    /// In four tiles, some of which may be the same: without a branch that nothing would predict.
+    #[inline(always)]
+    fn are_hidden_in_few<S: Simd>(&self, s: S, tiles: &Tiles) -> bool {
         let PixelRect { min, max, nearest } = self.rect;
         let nearest = s.splat(nearest);
-        let stride = 3 * S::LANES;
-        let row_stride = stride * self.buffer.tiles[0] as usize;
-        let words = self.buffer.words();
-        // Lanes, four to a row of subtiles, whose subtiles the rectangle touches: all in the tiles between,
-        // some in the first and last of each row and column.
-        let [first_column, last_column] = [min[0], max[0]].map(|x| (x / TILE_WIDTH) as usize);
-        let [first_row, last_row] = [min[1], max[1]].map(|y| (y / lanes) as usize);
-        let subtile = |x: u32| (x / 8 % 4) as usize;
-        let (first_columns, last_columns) = (FROM[subtile(min[0])], UP_TO[subtile(max[0])]);
-        let all = !0_u32 >> (32 - S::LANES);
-        // Four lanes for each four rows of pixels.
-        let first_rows = (!0 << (min[1] & (lanes - 4))) & all;
-        let last_rows = (!0 >> (28 - (max[1] & (lanes - 4)))) & all;
-        let first = first_row * row_stride + first_column * stride;
-        let (right, down) = (last_column - first_column, last_row - first_row);
-        // What is small: four tiles, some of which may be the same, without a loop, whose length nothing would predict.
-        if right < 2 && down < 2 {
-            let [left, right_columns] = ends(right == 0, first_columns, last_columns);
-            let [top, bottom] = ends(down == 0, first_rows, last_rows);
-            let (right, down) = (right * stride, down * row_stride);
-            let starts = [first, first + right, first + down, first + right + down];
-            let touched = [
-                left & top,
-                right_columns & top,
-                left & bottom,
-                right_columns & bottom,
-            ];
-            let mut seen = [0; 4];
-            for (seen, (start, touched)) in seen.iter_mut().zip(starts.into_iter().zip(touched)) {
-                let hidden =
-                    s.mask_bits(s.lt(nearest, s.of_bits(s.load(&words[start..start + S::LANES]))));
-                *seen = !hidden & touched;
+        let [column, row] = tiles.first;
+        let [from_column, up_to_column] =
+            [min[0], max[0]].map(|x| (x - column * TILE_WIDTH) as usize);
+        let [from_row, up_to_row] = [min[1], max[1]].map(|y| (y - row * S::LANES as u32) as usize);
+        let (columns, rows) = (&COLUMNS.up_to[up_to_column], &ROWS.up_to[up_to_row]);
+        let left = s.and(
+            in_columns(s, &COLUMNS.from[from_column]),
+            in_columns(s, &columns[0]),
+        );
+        let right = in_columns(s, &columns[1]);
+        let top = s.and(s.load(&ROWS.from[from_row]), s.load(&rows[..S::LANES]));
+        let bottom = s.load(&rows[S::LANES..]);
+        let across = self.buffer.tiles[0] as usize;
+        let first = tiles.start(across);
+        let beside = first + tiles.more[0] as usize;
+        let down = tiles.more[1] as usize * across;
+        let tiles = self.buffer.in_tiles::<S>();
+        let seen = [
+            seen_in::<S, true>(s, &tiles[first], s.and(left, top), nearest),
+            seen_in::<S, true>(s, &tiles[beside], s.and(right, top), nearest),
+            seen_in::<S, true>(s, &tiles[first + down], s.and(left, bottom), nearest),
+            seen_in::<S, true>(s, &tiles[beside + down], s.and(right, bottom), nearest),
+        ];
+        !s.any(s.or(s.or(seen[0], seen[1]), s.or(seen[2], seen[3])))
+    }
+
+    /// In any number of tiles. Row after row, as a row ends most that can be seen; the working layers only where the
+    /// reference layers leave something, as most are hidden by these.
+    #[inline(always)]
+    fn are_hidden_in<S: Simd>(&self, s: S, tiles: &Tiles) -> bool {
+        let PixelRect { min, max, nearest } = self.rect;
+        let nearest = s.splat(nearest);
+        let [from_column, up_to_column] = [min[0], max[0]].map(|x| (x % TILE_WIDTH) as usize);
+        let [from_row, up_to_row] = [min[1], max[1]].map(|y| (y % S::LANES as u32) as usize);
+        let left = in_columns(s, &COLUMNS.from[from_column]);
+        let right = in_columns(s, &COLUMNS.up_to[up_to_column][0]);
+        let mut in_row = s.load(&ROWS.from[from_row]);
+        let bottom = s.load(&ROWS.up_to[up_to_row]);
+        let [last, down] = tiles.more.map(|more| more as usize);
+        let both = s.and(left, right);
+        let ends = if last == 0 {
+            [both, both]
+        } else {
+            [left, right]
+        };
+        let across = self.buffer.tiles[0] as usize;
+        let rows = self.buffer.in_tiles::<S>()[tiles.start(across)..].chunks(across);
+        for (row, tiles) in (0..=down).zip(rows) {
+            if row == down {
+                in_row = s.and(in_row, bottom);
             }
-            if seen[0] | seen[1] | seen[2] | seen[3] == 0 {
-                return true;
+            let tiles = &tiles[..=last];
+            if s.any(s.and(in_row, seen_in_row::<S, false>(s, tiles, ends, nearest)))
+                && s.any(s.and(in_row, seen_in_row::<S, true>(s, tiles, ends, nearest)))
+            {
+                return false;
             }
-            let columns = [first_column, last_column, first_column, last_column];
-            let rows = [first_row, first_row, last_row, last_row];
-            return !(0..4).any(|i| {
-                let tile = &words[starts[i]..][..stride];
-                seen[i] != 0 && self.rect.is_seen_in(tile, [columns[i], rows[i]], seen[i])
-            });
-        }
-        for (row, tiles) in (first_row..=last_row).zip(words[first..].chunks(row_stride)) {
-            let mut rows = all;
-            if row == first_row {
-                rows &= first_rows;
-            }
-            if row == last_row {
-                rows &= last_rows;
-            }
-            let mut columns = first_columns;
-            for (column, tile) in (first_column..=last_column).zip(tiles.chunks_exact(stride)) {
-                if column == last_column {
-                    columns &= last_columns;
-                }
-                let hidden = s.mask_bits(s.lt(nearest, s.of_bits(s.load(tile))));
-                let seen = !hidden & rows & columns;
-                if seen != 0 && self.rect.is_seen_in(tile, [column, row], seen) {
-                    return false;
-                }
-                columns = !0;
-            }
+            in_row = s.splat_i(!0);
         }
         true
     }
 }
 
-/// What is touched in the first and last tile along an axis: nothing in the last if it is the first.
+/// Rows of subtiles that are alike.
 #[inline(always)]
-fn ends(same: bool, first: u32, last: u32) -> [u32; 2] {
-    let both = first & last;
-    if same { [both, 0] } else { [first, last] }
+fn in_columns<S: Simd>(s: S, four: &[u32; 4]) -> S::I {
+    s.bits(s.repeat_four(bytemuck::cast_ref(four)))
 }
 
-impl PixelRect {
-    /// Whether the working layer of the tile number `at` leaves some of this to be seen in any of the lanes `seen`,
-    /// where the reference layer does.
-    #[inline(never)]
-    fn is_seen_in(&self, tile: &[u32], at: [usize; 2], mut seen: u32) -> bool {
-        let lanes = tile.len() / 3;
-        // Columns and rows of the tile that are asked about, a bit each.
-        let [columns, rows] = [(0, TILE_WIDTH), (1, lanes as u32)].map(|(axis, side)| {
-            let corner = at[axis] as u32 * side;
-            let first = self.min[axis].saturating_sub(corner);
-            let last = (self.max[axis] - corner).min(side - 1);
-            (!0 << first) & (!0 >> (31 - last))
-        });
-        while seen != 0 {
-            let lane = seen.trailing_zeros();
-            seen &= seen - 1;
-            let columns = columns >> (8 * (lane & 3)) & 0xFF;
-            let rows = rows >> (lane & !3) & 0xF;
-            // A row's bit becomes the lowest of its byte, and the byte the columns.
-            let asked = ((rows * 0x0020_4081) & 0x0101_0101) * columns;
-            let [working, open] = [1, 2].map(|layer| tile[layer * lanes + lane as usize]);
-            // An empty working layer is open everywhere.
-            if asked & open != 0 || self.nearest >= f32::from_bits(working) {
-                return true;
-            }
-        }
-        false
+/// What tiles leave to be seen at `nearest`, together: of the first and of the last, which may be one, the pixels
+/// `ends`, of those between all.
+#[inline(always)]
+fn seen_in_row<S: Simd, const BY_BOTH_LAYERS: bool>(
+    s: S,
+    tiles: &[Tile<S>],
+    ends: [S::I; 2],
+    nearest: S::F,
+) -> S::I {
+    let last = tiles.len() - 1;
+    let mut seen = s.or(
+        seen_in::<S, BY_BOTH_LAYERS>(s, &tiles[0], ends[0], nearest),
+        seen_in::<S, BY_BOTH_LAYERS>(s, &tiles[last], ends[1], nearest),
+    );
+    for tile in tiles.get(1..last).unwrap_or(&[]) {
+        let of_tile = seen_in::<S, BY_BOTH_LAYERS>(s, tile, s.splat_i(!0), nearest);
+        seen = s.or(seen, of_tile);
     }
+    seen
+}
+
+/// The pixels of `asked` that the layers of a tile, or the reference layer alone, leave to be seen at `nearest`.
+#[inline(always)]
+fn seen_in<S: Simd, const BY_BOTH_LAYERS: bool>(
+    s: S,
+    tile: &Tile<S>,
+    asked: S::I,
+    nearest: S::F,
+) -> S::I {
+    let [reference, working, open] = tile;
+    let hidden = s.lt(nearest, s.of_bits(s.load(reference.as_ref())));
+    if !BY_BOTH_LAYERS {
+        return s.drop(hidden, asked);
+    }
+    // False where the working layer is empty.
+    let covered = s.lt(nearest, s.of_bits(s.load(working.as_ref())));
+    let closed = s.and_not(s.fill(covered, s.splat_i(0)), s.load(open.as_ref()));
+    s.drop(hidden, s.and_not(asked, closed))
+}
+
+/// Pixels of subtiles that are on one side of a row or column, which is among them.
+struct Sides<From, UpTo> {
+    /// In a tile, from each on.
+    from: From,
+    /// In two tiles, up to each.
+    up_to: UpTo,
+}
+
+/// Rows of tiles of 16 lanes; the first half of `from` and `up_to` is of two tiles of 8.
+const ROWS: &Sides<[[u32; 16]; 16], [[u32; 32]; 32]> = &{
+    let mut sides = Sides {
+        from: [[0; 16]; 16],
+        up_to: [[0; 32]; 32],
+    };
+    let mut at = 0;
+    while at < 32 * 32 {
+        let (row, lane) = (at / 32, at % 32);
+        let first_row = lane & !3;
+        if row < 16 && lane < 16 {
+            sides.from[row][lane] = pixels_of(0xFF, (!0 << row) >> first_row);
+        }
+        sides.up_to[row][lane] = pixels_of(0xFF, (!0 >> (31 - row)) >> first_row);
+        at += 1;
+    }
+    sides
+};
+
+/// Columns; of two tiles, a row of subtiles in each.
+const COLUMNS: &Sides<[[u32; 4]; 32], [[[u32; 4]; 2]; 64]> = &{
+    let mut sides = Sides {
+        from: [[0; 4]; 32],
+        up_to: [[[0; 4]; 2]; 64],
+    };
+    let mut at = 0;
+    while at < 64 * 8 {
+        let (column, lane) = (at / 8, at % 8);
+        if column < 32 && lane < 4 {
+            sides.from[column][lane] = pixels_of((!0 << column) >> (8 * lane), 0xF);
+        }
+        let columns = (!0_u64 >> (63 - column)) >> (8 * lane);
+        sides.up_to[column][lane / 4][lane % 4] = pixels_of(columns as u32, 0xF);
+        at += 1;
+    }
+    sides
+};
+
+/// The pixels of a subtile in some of its eight columns and four rows.
+const fn pixels_of(columns: u32, rows: u32) -> u32 {
+    let mut pixels = 0;
+    let mut row = 0;
+    while row < 4 {
+        if rows >> row & 1 == 1 {
+            pixels |= (columns & 0xFF) << (8 * row);
+        }
+        row += 1;
+    }
+    pixels
 }

@@ -1,7 +1,7 @@
 //! The truth that the masked buffer is held against: a scalar depth buffer of full resolution, in f64.
 
+use crate::footprint::{Footprint, Rect, Visibility, hull_footprint, rect_footprint};
 use crate::options::{Mode, Options};
-use crate::query::{Footprint, Rect, Visibility, hull_footprint, rect_footprint};
 use crate::simd::Portable;
 use crate::view::View;
 

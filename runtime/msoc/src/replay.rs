@@ -8,8 +8,8 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use crate::footprint::Rect;
 use crate::generate::{ClipTriangles, rects, triangles};
-use crate::query::Rect;
 
 mod run;
 

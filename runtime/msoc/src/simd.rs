@@ -74,6 +74,8 @@ pub(crate) trait Simd: Copy {
     fn and_not(self, a: Self::I, b: Self::I) -> Self::I;
     /// `a << count`, and 0 where `count` is 32 or more as u32.
     fn shl(self, a: Self::I, count: Self::I) -> Self::I;
+    /// Whether any bit is 1.
+    fn any(self, a: Self::I) -> bool;
     fn eq_i(self, a: Self::I, b: Self::I) -> Self::M;
     fn gt_i(self, a: Self::I, b: Self::I) -> Self::M;
     /// Within each group of four lanes, byte `i` of lane `j` becomes byte `j` of lane `i`.

@@ -3,9 +3,9 @@
 use std::collections::BinaryHeap;
 use std::time::{Duration, Instant};
 
+use crate::footprint::{Footprint, Visibility};
 use crate::geometry::{Aabb, Matrix4, Occluder};
 use crate::msoc::{MeshError, Msoc};
-use crate::query::{Footprint, Visibility};
 
 /// What is at a node of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

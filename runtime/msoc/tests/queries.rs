@@ -1,8 +1,9 @@
 //! Boxes, spheres, traversal and occluder choice, against what they are made of.
 
+use hroc_msoc::Visibility::{Occluded, Visible};
 use hroc_msoc::{
-    Aabb, Candidate, Depth, Hierarchy, IDENTITY, Mode, Msoc, Node, Occluder, OccluderChoice,
-    OccluderMesh, Options, Visibility,
+    Aabb, Candidate, Depth, Hierarchy, IDENTITY, Isa, Mode, Msoc, Node, Occluder, OccluderChoice,
+    OccluderMesh, Options, Rect, Visibility, generate,
 };
 
 /// At the origin, looking along -z; 90 degrees, reversed infinite, near 0.1.
@@ -258,4 +259,53 @@ fn occluders_are_the_large_and_cheap_ones_from_front_to_back() {
         msoc.choose_occluders(&PERSPECTIVE, candidates, &choice),
         [5, 1, 0]
     );
+}
+
+/// Of every size and place among the tiles, from one pixel to the whole image.
+#[test]
+fn a_rectangle_is_hidden_where_each_of_its_pixels_is() {
+    let size = [150_u32, 70];
+    let mut random = fastrand::Rng::with_seed(5);
+    for isa in Isa::available() {
+        let mut counts = [0; 2];
+        for seed in 0..20 {
+            let options = Options {
+                near: 0.5,
+                isa: Some(isa),
+                ..Options::default()
+            };
+            let mut msoc = Msoc::new(size, options).unwrap();
+            msoc.rasterize_clip(&generate::triangles(seed, 30, size, 0.5));
+            let mut query = |x: [u32; 2], y: [u32; 2]| {
+                let pixels = || (y[0]..=y[1]).flat_map(|y| (x[0]..=x[1]).map(move |x| [x, y]));
+                let depths = pixels().map(|pixel| msoc.depth(pixel));
+                let least = depths.fold(f32::INFINITY, f32::min);
+                let ndc = |pixel: f32, axis: usize| pixel / size[axis] as f32 * 2.0 - 1.0;
+                // A little more and a little less than the depth of the pixel that shows first.
+                for (factor, expected) in [(1.01, Visible), (0.99, Occluded)] {
+                    let rect = Rect {
+                        min: [ndc(x[0] as f32 + 0.1, 0), -ndc(y[1] as f32 + 0.9, 1)],
+                        max: [ndc(x[1] as f32 + 0.9, 0), -ndc(y[0] as f32 + 0.1, 1)],
+                        nearest_w: 1.0 / (least.max(1e-3) * factor),
+                    };
+                    let expected = if least == 0.0 { Visible } else { expected };
+                    assert_eq!(msoc.query_rect(&rect), expected, "{isa:?} {x:?} {y:?}");
+                    counts[usize::from(expected == Occluded)] += 1;
+                }
+            };
+            for _ in 0..300 {
+                let mut ends = |size: u32| {
+                    let first = random.u32(..size);
+                    let most = if random.bool() {
+                        size
+                    } else {
+                        size.min(first + 24)
+                    };
+                    [first, random.u32(first..most)]
+                };
+                query(ends(size[0]), ends(size[1]));
+            }
+        }
+        assert!(counts.iter().all(|&count| count > 1000), "{counts:?}");
+    }
 }

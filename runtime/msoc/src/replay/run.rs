@@ -6,9 +6,9 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::{Queries, Replay};
+use crate::footprint::Visibility;
 use crate::msoc::Msoc;
 use crate::options::{Mode, Options, OptionsError};
-use crate::query::Visibility;
 use crate::reference::Reference;
 use crate::simd::{Isa, IsaName};
 

@@ -127,6 +127,10 @@ impl Simd for Portable {
         })
     }
     #[inline(always)]
+    fn any(self, a: Self::I) -> bool {
+        a.into_iter().fold(0, |bits, lane| bits | lane) != 0
+    }
+    #[inline(always)]
     fn eq_i(self, a: Self::I, b: Self::I) -> Self::M {
         zip(a, b, |a, b| -i32::from(a == b))
     }

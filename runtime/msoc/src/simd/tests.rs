@@ -68,6 +68,12 @@ impl Kernel for Everything<'_> {
             }));
         }
         out.push(s.mask_bits(less) & 0xFF);
+        out.push(u32::from(s.any(a_i)) + 2 * u32::from(s.any(s.and_not(a_i, a_i))));
+        let in_last_lane = s.keep(
+            s.eq_i(s.lane_index(), s.splat_i(S::LANES as i32 - 1)),
+            s.splat_i(1),
+        );
+        out.push(u32::from(s.any(in_last_lane)));
         out
     }
 }
