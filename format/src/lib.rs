@@ -36,7 +36,7 @@ pub use header::{HEADER_LEN, Header, MAGIC, VERSION};
 pub use open::{BakedScene, Check};
 pub use read::{bytes_of, dequantize};
 pub use schema::{Described, SCHEMA_HASH};
-pub use target::file_to_replace;
+pub use target::{file_to_replace, folder_of};
 pub use types::*;
 pub use unfinished::{TEMPORARY_PREFIX, discard_unfinished};
 pub use write::{to_bytes, write};

@@ -1,4 +1,4 @@
-//! Which file a writer replaces.
+//! Which file a writer replaces, and in which folder.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -32,5 +32,13 @@ pub fn file_to_replace(path: &Path) -> io::Result<PathBuf> {
     match target.file_name() {
         Some(_) => Ok(target),
         None => refused(io::ErrorKind::InvalidInput, "it has no file name"),
+    }
+}
+
+/// The folder that a file is in, or is to be in.
+pub fn folder_of(file: &Path) -> &Path {
+    match file.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
     }
 }

@@ -14,7 +14,7 @@ use xxhash_rust::xxh3::Xxh3Default;
 
 use crate::error::WriteError;
 use crate::header::{HEADER_LEN, Header};
-use crate::target::file_to_replace;
+use crate::target::{file_to_replace, folder_of};
 use crate::types::Scene;
 use crate::unfinished::Unfinished;
 
@@ -37,10 +37,7 @@ pub fn write(path: &Path, scene: &Scene) -> Result<u64, WriteError> {
         path: path.into(),
         source,
     })?;
-    let folder = match target.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(&target);
     let mut unfinished =
         Unfinished::create(folder, &target).map_err(|source| WriteError::Create {
             path: path.into(),

@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use hroc_format::file_to_replace;
+use hroc_format::{file_to_replace, folder_of};
 
 /// Writes a file through a temporary one beside it, readable as any new file is. A symbolic link stays one: its
 /// target is replaced.
@@ -12,9 +12,6 @@ pub(crate) fn write(
     contents: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
     let target = file_to_replace(path)?;
-    let folder = target
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {
@@ -22,7 +19,7 @@ pub(crate) fn write(
         // Less what the user's mask takes away.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
+    let file = builder.tempfile_in(folder_of(&target))?;
     let mut out = BufWriter::new(file);
     contents(&mut out)?;
     let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;

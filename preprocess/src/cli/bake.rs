@@ -5,6 +5,7 @@ use crate::bake::{self, BakeOptions, BakeReport, Stage};
 use crate::import::{self, ImportOptions};
 use crate::tree;
 use clap::builder::PossibleValuesParser;
+use hroc_format::{file_to_replace, folder_of};
 use std::fs;
 use std::io::{self, Write};
 use std::num::{NonZeroU32, NonZeroUsize};
@@ -150,7 +151,7 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
             )));
         }
     }
-    if let Err(error) = hroc_format::file_to_replace(output) {
+    if let Err(error) = file_to_replace(output) {
         let output = output.display();
         return Err(Failure::file(format_args!(
             "{output}: cannot be written: {error}; name another file"
@@ -173,12 +174,6 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     Ok(())
-}
-
-fn folder_of(file: &Path) -> &Path {
-    file.parent()
-        .filter(|folder| *folder != Path::new(""))
-        .unwrap_or(Path::new("."))
 }
 
 fn same_file(a: &Path, b: &Path) -> bool {

@@ -2,6 +2,7 @@
 
 use super::error::{ImportError, ImportErrorKind, Result};
 use crate::scene::ReferencedFile;
+use hroc_format::folder_of;
 use std::cell::RefCell;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -18,10 +19,7 @@ pub(crate) struct Folder {
 impl Folder {
     /// The folder of `file`, which is the input of that number.
     pub(crate) fn of(file: &Path, by: usize) -> Self {
-        let path = match file.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
-            _ => PathBuf::from("."),
-        };
+        let path = folder_of(file).to_owned();
         Self {
             file: file.to_owned(),
             path,

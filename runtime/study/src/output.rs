@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use hroc_format::file_to_replace;
+use hroc_format::{file_to_replace, folder_of};
 use tempfile::NamedTempFile;
 
 use crate::error::StudyError;
@@ -26,10 +26,6 @@ impl OutputFile {
     /// If it cannot, or is no [file to replace](file_to_replace).
     pub fn create(path: &Path) -> Result<Self, StudyError> {
         let target = file_to_replace(path).map_err(StudyError::output(path))?;
-        let folder = match target.parent() {
-            Some(folder) if folder != Path::new("") => folder,
-            _ => Path::new("."),
-        };
         let mut builder = tempfile::Builder::new();
         builder.prefix(".hroc-").suffix(".tmp");
         #[cfg(unix)]
@@ -39,7 +35,7 @@ impl OutputFile {
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         let temporary = builder
-            .tempfile_in(folder)
+            .tempfile_in(folder_of(&target))
             .map_err(StudyError::output(path))?;
         Ok(Self {
             path: path.into(),

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use hroc_msoc::hiz::SoftwareHiZ;
 use hroc_msoc::{Aabb, IDENTITY, Isa, Matrix4, Mode, Msoc, Occluder, OccluderMesh, Visibility};
 
-use crate::{MODES, SIZE, median, options};
+use crate::{MODES, SIZE, least, options};
 
 /// Houses along one side of the town.
 const SIDE: usize = 64;
@@ -142,13 +142,13 @@ pub fn table(report: &mut String) -> Result<(), Box<dyn std::error::Error>> {
         ..options(isa, mode)
     };
     let mut hiz = SoftwareHiZ::new(SIZE, &culled(Mode::Paper))?;
-    let clear = median(15, || hiz.clear());
-    let rasterize = median(15, || {
+    let clear = least(15, || hiz.clear());
+    let rasterize = least(15, || {
         hiz.rasterize(&view, &occluders).expect("indices in range")
     });
-    let reduce = median(15, || hiz.reduce());
+    let reduce = least(15, || hiz.reduce());
     let mut visible = 0;
-    let test = median(15, || {
+    let test = least(15, || {
         visible = houses
             .iter()
             .filter(|house| hiz.query_box(&view, &house.bounds) == Visibility::Visible)
@@ -161,13 +161,13 @@ pub fn table(report: &mut String) -> Result<(), Box<dyn std::error::Error>> {
     );
     for (name, mode) in MODES {
         let mut msoc = Msoc::new(SIZE, culled(mode))?;
-        let clear = median(15, || msoc.clear());
+        let clear = least(15, || msoc.clear());
         // Into a cleared buffer each round, whose time is known.
-        let both = median(15, || {
+        let both = least(15, || {
             msoc.clear();
             msoc.rasterize(&view, &occluders).expect("indices in range");
         });
-        let test = median(15, || {
+        let test = least(15, || {
             visible = houses
                 .iter()
                 .filter(|house| msoc.query_box(&view, &house.bounds) == Visibility::Visible)

@@ -1,8 +1,10 @@
 //! The knobs of the methods.
 
-use hroc_methods::HierarchicalZ;
+use hroc_methods::{ChcOptions, HierarchicalZ};
 
 use super::Knob;
+
+const CHC: ChcOptions = ChcOptions::CHC_PLUS_PLUS;
 
 pub(super) const BOX_COST: Knob = Knob {
     name: "box-cost",
@@ -56,34 +58,35 @@ pub(super) const OCCLUDER_TRIANGLES: Knob = Knob {
 pub(super) const BATCH: Knob = Knob {
     name: "batch",
     help: "hidden nodes that are asked about together at most (b; 1000 in the thesis)",
-    default: 4000.0,
+    default: CHC.batch.expect("CHC++ has batches") as f64,
     sweep: &[16.0, 64.0, 256.0, 1000.0, 4000.0],
 };
 
 pub(super) const MULTI_QUERIES: Knob = Knob {
     name: "multi-queries",
     help: "1: nodes that are likely to stay hidden share a query; 0: each has its own",
-    default: 1.0,
+    default: CHC.multi_queries as u8 as f64,
     sweep: &[0.0, 1.0],
 };
 
 pub(super) const ASSUMED_VISIBLE: Knob = Knob {
     name: "assumed-visible",
     help: "leaves that show are asked about again after up to so many frames (n_av); 0: in every frame",
-    default: 10.0,
+    default: CHC.assumed_visible as f64,
     sweep: &[0.0, 5.0, 10.0, 20.0],
 };
 
 pub(super) const TIGHTER_LEVELS: Knob = Knob {
     name: "tighter-levels",
     help: "bounds are the boxes up to so many levels below (d_max); 0: their own",
-    default: 4.0,
+    default: CHC.tighter_levels as f64,
     sweep: &[0.0, 2.0, 4.0],
 };
 
 pub(super) const TIGHTER_SURFACE: Knob = Knob {
     name: "tighter-surface",
     help: "as long as their surface is no more than so many times the box's own (s_max)",
+    // That of CHC++, which is an f32 and not quite this.
     default: 1.4,
     sweep: &[1.0, 1.4, 2.0],
 };
@@ -91,7 +94,7 @@ pub(super) const TIGHTER_SURFACE: Knob = Knob {
 pub(super) const OPEN_LEVELS: Knob = Knob {
     name: "open-levels",
     help: "levels below a node that shows that are asked about next",
-    default: 2.0,
+    default: CHC.open_levels as f64,
     sweep: &[1.0, 2.0, 3.0, 4.0],
 };
 
