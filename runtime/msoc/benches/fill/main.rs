@@ -43,17 +43,13 @@ fn least(rounds: usize, mut work: impl FnMut()) -> f64 {
     (0..rounds).map(round).fold(f64::INFINITY, f64::min)
 }
 
-/// The rows of several passes, with the least seconds of each.
-fn least_of_passes<T>(pass: impl Fn() -> Vec<T>, seconds: impl Fn(&mut T) -> &mut [f64]) -> Vec<T> {
-    let mut rows = pass();
-    for _ in 1..PASSES {
-        for (row, mut again) in rows.iter_mut().zip(pass()) {
-            for (best, again) in seconds(row).iter_mut().zip(seconds(&mut again)) {
-                *best = best.min(*again);
-            }
+/// Keeps the least seconds of each row of a table that was measured again.
+fn keep_least<T>(rows: &mut [T], again: Vec<T>, seconds: impl Fn(&mut T) -> &mut [f64]) {
+    for (row, mut again) in rows.iter_mut().zip(again) {
+        for (best, again) in seconds(row).iter_mut().zip(seconds(&mut again)) {
+            *best = best.min(*again);
         }
     }
-    rows
 }
 
 /// One row of the fill data.
@@ -160,7 +156,7 @@ fn queries() -> Vec<Queries> {
 }
 
 /// Nanoseconds per rectangle query, by size of the rectangle, and the share answered "occluded".
-fn query_table(report: &mut String) {
+fn query_table(report: &mut String, rows: Vec<Queries>) {
     let _ = writeln!(
         report,
         "\n## Rectangle queries\n\nNanoseconds each, of {RECTANGLES} random rectangles over the buffer of 50 px triangles.\n"
@@ -169,7 +165,7 @@ fn query_table(report: &mut String) {
         report,
         "| instruction set | rectangle | paper | inner | occluded (paper) |\n|---|---|---|---|---|"
     );
-    for row in least_of_passes(queries, |row| &mut row.seconds) {
+    for row in rows {
         let Queries { isa, side_px, .. } = row;
         let [paper, inner] = row.seconds.map(|seconds| seconds * 1e9 / RECTANGLES as f64);
         let occluded = 100.0 * row.occluded[0] as f64 / RECTANGLES as f64;
@@ -217,7 +213,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "Machine: {}. One thread, 1920x1080, thread CPU time, least of {PASSES} passes of {ROUNDS} rounds or more.\n",
         machine()
     );
-    let rows = least_of_passes(fill, |row| std::slice::from_mut(&mut row.seconds));
+    let (mut rows, mut of_queries) = (fill(), queries());
+    for _ in 1..PASSES {
+        keep_least(&mut rows, fill(), |row| {
+            std::slice::from_mut(&mut row.seconds)
+        });
+        keep_least(&mut of_queries, queries(), |row| &mut row.seconds);
+    }
     let mut csv =
         "rasterizer,legs_px,triangles,ms,million_triangles_per_second,ns_per_pixel\n".to_owned();
     for Fill {
@@ -257,7 +259,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .collect::<Vec<_>>();
         let _ = writeln!(report, "| {name} | {} |", cells.join(" | "));
     }
-    query_table(&mut report);
+    query_table(&mut report, of_queries);
     scene::table(&mut report)?;
     accuracy::table(&mut report)?;
     println!("{report}");
