@@ -1,6 +1,5 @@
 //! Boxes, spheres, traversal and occluder choice, against what they are made of.
 
-use hroc_msoc::Visibility::{Occluded, Visible};
 use hroc_msoc::{
     Aabb, Candidate, Depth, Hierarchy, IDENTITY, Isa, Mode, Msoc, Node, Occluder, OccluderChoice,
     OccluderMesh, Options, Rect, Visibility, generate,
@@ -282,15 +281,21 @@ fn a_rectangle_is_hidden_where_each_of_its_pixels_is() {
                 let least = depths.fold(f32::INFINITY, f32::min);
                 let ndc = |pixel: f32, axis: usize| pixel / size[axis] as f32 * 2.0 - 1.0;
                 // A little more and a little less than the depth of the pixel that shows first.
-                for (factor, expected) in [(1.01, Visible), (0.99, Occluded)] {
+                for (factor, expected) in
+                    [(1.01, Visibility::Visible), (0.99, Visibility::Occluded)]
+                {
                     let rect = Rect {
                         min: [ndc(x[0] as f32 + 0.1, 0), -ndc(y[1] as f32 + 0.9, 1)],
                         max: [ndc(x[1] as f32 + 0.9, 0), -ndc(y[0] as f32 + 0.1, 1)],
                         nearest_w: 1.0 / (least.max(1e-3) * factor),
                     };
-                    let expected = if least == 0.0 { Visible } else { expected };
+                    let expected = if least == 0.0 {
+                        Visibility::Visible
+                    } else {
+                        expected
+                    };
                     assert_eq!(msoc.query_rect(&rect), expected, "{isa:?} {x:?} {y:?}");
-                    counts[usize::from(expected == Occluded)] += 1;
+                    counts[usize::from(expected == Visibility::Occluded)] += 1;
                 }
             };
             for _ in 0..300 {
