@@ -292,9 +292,13 @@ fn killed(kills: u32, signals: &[&str], after_each: impl Fn(&Folder, u32, Option
     let old = Folder::new();
     assert_eq!(old.run(&["bake", "b.obj", "-o", "old.hroc"]).0, 0);
     let arguments = ["bake", "large.obj", "-o", "x.hroc", "--split", "sah"];
-    let start = Instant::now();
-    assert_eq!(folder.run(&arguments).0, 0);
-    let whole = start.elapsed();
+    // The first also reads the program from the disk.
+    let times = [(); 2].map(|()| {
+        let start = Instant::now();
+        assert_eq!(folder.run(&arguments).0, 0);
+        start.elapsed()
+    });
+    let whole = times[0].min(times[1]);
     let new = fs::read(folder.path("x.hroc")).unwrap();
     let old = fs::read(old.path("old.hroc")).unwrap();
     let mut ended = [0, 0];
