@@ -264,19 +264,25 @@ fn targets_that_must_not_be_written() {
     assert_eq!(fs::read_to_string(folder.path("x.hroc")).unwrap(), "mine");
 }
 
+/// Bakes `large.obj` to `x.hroc` where files may have so many blocks, after what a shell is told first.
+#[cfg(unix)]
+fn bake_within(folder: &Folder, blocks: u32, first: &str) -> std::process::Output {
+    let bake = env!("CARGO_BIN_EXE_hroc-bake");
+    let script = format!("{first}; ulimit -f {blocks}; exec {bake} bake large.obj -o x.hroc");
+    Command::new("sh")
+        .args(["-c", &script])
+        .current_dir(folder.0.path())
+        .output()
+        .unwrap()
+}
+
 /// A limit on the size of files stands for a full disk: the write fails at some byte.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_leaves_the_old_file_and_no_other() {
     let folder = Folder::large(20);
     folder.write("x.hroc", "before");
-    let bake = env!("CARGO_BIN_EXE_hroc-bake");
-    let script = format!("trap '' XFSZ; ulimit -f 40; exec {bake} bake large.obj -o x.hroc");
-    let output = Command::new("sh")
-        .args(["-c", &script])
-        .current_dir(folder.0.path())
-        .output()
-        .unwrap();
+    let output = bake_within(&folder, 40, "trap '' XFSZ");
     let err = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(3), "{err}");
     assert!(err.starts_with("error: x.hroc: writing failed: "), "{err}");
@@ -354,16 +360,8 @@ fn a_bake_killed_while_it_writes_leaves_the_old_file_and_the_next_tidies_up() {
     use std::os::unix::process::ExitStatusExt;
     let folder = Folder::large(20);
     folder.write("x.hroc", "before");
-    let bake = env!("CARGO_BIN_EXE_hroc-bake");
     for blocks in [0, 1, 40] {
-        let script =
-            format!("ulimit -c 0; ulimit -f {blocks}; exec {bake} bake large.obj -o x.hroc");
-        let status = Command::new("sh")
-            .args(["-c", &script])
-            .current_dir(folder.0.path())
-            .stderr(Stdio::null())
-            .status()
-            .unwrap();
+        let status = bake_within(&folder, blocks, "ulimit -c 0").status;
         assert!(status.signal().is_some(), "{blocks} blocks: {status}");
         assert_eq!(fs::read_to_string(folder.path("x.hroc")).unwrap(), "before");
         assert_eq!(folder.temporary_files().len(), 1, "{blocks} blocks");

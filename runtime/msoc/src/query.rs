@@ -218,7 +218,7 @@ struct Sides<From, UpTo> {
     up_to: UpTo,
 }
 
-/// Rows of tiles of 16 lanes; the first half of `from` and `up_to` is of two tiles of 8.
+/// Rows of tiles of 16 lanes. For tiles of 8 the first half of rows and lanes is the same: one tile of `from`, two of `up_to`.
 const ROWS: &Sides<[[u32; 16]; 16], [[u32; 32]; 32]> = &{
     let mut sides = Sides {
         from: [[0; 16]; 16],

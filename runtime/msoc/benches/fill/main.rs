@@ -3,8 +3,8 @@
 //! Fig. 11 of the paper (32,768 random right triangles, back to front, one thread, 1920x1080), queries, the
 //! passes of its Table 1 against software Hi-Z, and what both modes miss. Times are thread CPU time, so that
 //! other work on the machine distorts them less, and the least of several rounds: the work is the same in each, and what
-//! else the machine does only adds. Fill rates and queries are measured in passes over all of them, so that a slow minute
-//! spoils no row.
+//! else the machine does only adds. Fill rates and queries are measured in passes over all of them, so that a slow spell
+//! spoils fewer rows; one as long as the run spoils them all.
 #![allow(missing_docs, clippy::print_stdout)]
 
 mod accuracy;
