@@ -1,8 +1,10 @@
 //! Whole scenes, generated ones and those made by others in the folder `HROC_TEST_SCENES`: each is baked, verified
 //! and drawn exactly, by every method, from outside and from within.
 
+use std::cmp::Reverse;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use hroc_format::{BakedScene, Check};
 use hroc_preprocess::bake::{BakeOptions, bake};
@@ -111,8 +113,29 @@ fn wrong_frames(gpu: &Gpu, path: &Path, options: &BakeOptions) -> Option<Vec<Str
     Some(failures)
 }
 
+/// Bakes and draws all, on two devices side by side: a software device shades vertices on one thread.
 #[track_caller]
-fn assert_none(failures: Vec<String>) {
+fn assert_all_exact(mut scenes: Vec<PathBuf>, options: &BakeOptions) {
+    // The largest first, so that none is left to one device at the end.
+    scenes.sort_by_key(|path| Reverse(path.metadata().map_or(0, |file| file.len())));
+    let scenes = Mutex::new(scenes.into_iter());
+    let next = || scenes.lock().unwrap().next();
+    let draw = || {
+        let mut failures = Vec::new();
+        let Some(gpu) = own_gpu() else {
+            return failures;
+        };
+        while let Some(path) = next() {
+            failures.extend(wrong_frames(&gpu, &path, options).unwrap_or_default());
+        }
+        failures
+    };
+    let failures = std::thread::scope(|scope| {
+        let others = scope.spawn(draw);
+        let mut failures = draw();
+        failures.extend(others.join().unwrap());
+        failures
+    });
     assert!(
         failures.is_empty(),
         "{} wrong frames:\n{}",
@@ -123,14 +146,9 @@ fn assert_none(failures: Vec<String>) {
 
 /// Bakes and draws all of a suite.
 fn assert_exact(suite: &str) {
-    let Some(scenes) = scenes(&[suite]) else {
-        return;
-    };
-    let Some(gpu) = own_gpu() else { return };
-    let frames = scenes
-        .iter()
-        .filter_map(|path| wrong_frames(&gpu, path, &BakeOptions::default()));
-    assert_none(frames.flatten().collect());
+    if let Some(scenes) = scenes(&[suite]) {
+        assert_all_exact(scenes, &BakeOptions::default());
+    }
 }
 
 #[test]
@@ -146,7 +164,6 @@ fn feature_scenes_are_drawn_exactly() {
 /// A generated city, and the feature scenes where there are any.
 #[test]
 fn quantized_and_subdivided_scenes_are_drawn_exactly() {
-    let Some(gpu) = own_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let city = folder.path().join("city.glb");
     let params = Params {
@@ -163,8 +180,5 @@ fn quantized_and_subdivided_scenes_are_drawn_exactly() {
     };
     let mut scenes = scenes(&["features"]).unwrap_or_default();
     scenes.push(city);
-    let frames = scenes
-        .iter()
-        .filter_map(|path| wrong_frames(&gpu, path, &options));
-    assert_none(frames.flatten().collect());
+    assert_all_exact(scenes, &options);
 }

@@ -1,9 +1,9 @@
 //! What a query asks about: where in the image something may be, and how near.
 
-use bytemuck::Zeroable;
+use bytemuck::{Pod, Zeroable};
 
 use crate::options::Depth;
-use crate::simd::{Kernel, Simd};
+use crate::simd::{Kernel, Rows, Simd};
 use crate::view::{LEAST_W, U, View};
 
 /// What a query finds.
@@ -18,7 +18,8 @@ pub enum Visibility {
 }
 
 /// A rectangle of the screen and how near something in it comes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Rect {
     /// Least x and y in NDC, y up.
     pub min: [f32; 2],
@@ -133,6 +134,84 @@ pub(crate) fn rect_footprint<S: Simd>(s: S, view: &View, rect: &Rect) -> Footpri
         Ok(footprint)
     } else {
         Err(Visibility::Visible)
+    }
+}
+
+/// Rectangles, a row of the floats of each from one of these on: left, bottom, right, top, w.
+struct Floats<'a, const FROM: usize>(&'a [Rect]);
+
+impl<const FROM: usize> Rows for Floats<'_, FROM> {
+    #[inline(always)]
+    fn row(&self, lane: usize) -> &[f32; 4] {
+        let rect: &[f32; 5] = bytemuck::cast_ref(&self.0[lane]);
+        rect[FROM..].first_chunk().expect("four of five")
+    }
+}
+
+/// [`Footprint`] of as many rectangles as there are lanes.
+pub(crate) struct Footprints<S: Simd> {
+    pub min: [S::I; 2],
+    pub max: [S::I; 2],
+    pub nearest: S::F,
+    /// Bit per lane: in the view and in front. What the others have for pixels means nothing.
+    pub has_pixels: u32,
+    /// Bit per lane, none of those with pixels.
+    pub is_outside: u32,
+}
+
+/// As [`rect_footprint`] of each of `LANES` rectangles, operation by operation.
+#[inline(always)]
+pub(crate) fn rect_footprints<S: Simd>(s: S, view: &View, rects: &[Rect]) -> Footprints<S> {
+    let [x0, y0, x1, y1] = s.transpose_rows(&Floats::<0>(rects));
+    let [_, _, _, nearest_w] = s.transpose_rows(&Floats::<1>(rects));
+    let (zero, one) = (s.splat(0.0), s.splat(1.0));
+    let inverse_w = s.div(one, nearest_w);
+    let mut nearest = s.mul(inverse_w, s.splat(1.0 + 16.0 * U));
+    let [half_x, half_y] = view.half;
+    let (half_x, half_y) = (s.splat(half_x), s.splat(half_y));
+    let mut left = s.mul(s.add(x0, one), half_x);
+    let mut right = s.mul(s.add(x1, one), half_x);
+    let mut top = s.mul(s.sub(one, y1), half_y);
+    let mut bottom = s.mul(s.sub(one, y0), half_y);
+    if let Some(inner) = &view.inner {
+        let reach = s.max(s.abs(x1), s.max(s.abs(y0), s.max(s.abs(x0), one)));
+        let reach = s.max(s.abs(y1), reach);
+        let extent = s.mul(s.add(reach, one), s.splat(view.longer_px()));
+        let grow = inner.displacements_px(s, extent, inverse_w);
+        left = s.sub(left, grow);
+        right = s.add(right, grow);
+        top = s.sub(top, grow);
+        bottom = s.add(bottom, grow);
+        let [factor, absolute] = inner.depth_margins(s, view.depth, inverse_w);
+        nearest = s.add(s.mul(nearest, s.sub(s.splat(2.0), factor)), absolute);
+    }
+    let ([width, height], [last_x, last_y]) = (view.size_px, view.last_px);
+    let (last_x, last_y) = (s.splat(last_x), s.splat(last_y));
+    let min_x = s.to_int(s.min(s.max(left, zero), last_x));
+    let max_x = s.to_int(s.min(s.max(right, zero), last_x));
+    let min_y = s.to_int(s.min(s.max(top, zero), last_y));
+    let max_y = s.to_int(s.min(s.max(bottom, zero), last_y));
+    // Just below 0, so that 0 is not.
+    let before = s.splat(-f32::MIN_POSITIVE);
+    let begins = s.both(s.lt(left, s.splat(width)), s.lt(top, s.splat(height)));
+    let ends = s.both(s.lt(before, right), s.lt(before, bottom));
+    let is_mixed_up = s.either(s.gt_i(min_x, max_x), s.gt_i(min_y, max_y));
+    // False where anything is NaN.
+    let is_in_view = s.but_not(
+        s.both(s.both(begins, ends), s.lt(zero, nearest)),
+        is_mixed_up,
+    );
+    let is_in_front = s.lt(s.splat(view.near), nearest_w);
+    let [within_x, within_y] = view.within_px;
+    let begins_after_end = s.either(s.lt(s.splat(within_x), left), s.lt(s.splat(within_y), top));
+    let ends_before_start = s.either(s.lt(right, zero), s.lt(bottom, zero));
+    let is_beside = s.either(begins_after_end, ends_before_start);
+    Footprints {
+        min: [min_x, min_y],
+        max: [max_x, max_y],
+        nearest,
+        has_pixels: s.mask_bits(s.both(is_in_view, is_in_front)),
+        is_outside: s.mask_bits(s.but_not(is_beside, is_in_view)),
     }
 }
 

@@ -9,6 +9,7 @@
 //! buffer. `clip` deals with what crosses the near plane. The vector abstraction under all that is `simd`.
 #![warn(missing_docs)]
 
+mod asked;
 mod buffer;
 mod clip;
 mod footprint;
@@ -25,6 +26,7 @@ mod rasterize;
 pub mod reference;
 pub mod replay;
 mod setup;
+mod sides;
 mod simd;
 mod traverse;
 mod view;

@@ -6,7 +6,7 @@ use crate::geometry::{
     Aabb, Matrix4, Occluder, OccluderMesh, Transform, clip_error, compose, sphere_bounds, transform,
 };
 use crate::options::{Depth, Mode, Options, OptionsError};
-use crate::query::{AsksPixels, AsksRect};
+use crate::query::{AsksPixels, AsksRect, AsksRects};
 use crate::rasterize::{Indexed, rasterize};
 use crate::simd::Isa;
 use crate::view::View;
@@ -141,6 +141,19 @@ impl Msoc {
             Ok(answer) => answer,
             Err(rect) => self.isa.run(AsksPixels { buffer, rect }),
         }
+    }
+
+    /// What [`Self::query_rect`] says of each of many rectangles, at less than half the cost: `answers` has that afterwards,
+    /// in their order, and nothing else.
+    pub fn query_rects(&self, rects: &[Rect], answers: &mut Vec<Visibility>) {
+        answers.clear();
+        answers.resize(rects.len(), Visibility::Visible);
+        self.isa.run(AsksRects {
+            view: &self.view,
+            buffer: &self.buffer,
+            rects,
+            answers,
+        });
     }
 
     /// Whether the hull of eight clip-space corners can be seen.

@@ -9,7 +9,7 @@ use std::hint::cold_path;
 
 use bytemuck::Zeroable;
 
-use crate::buffer::TILE_WIDTH;
+use crate::buffer::{TILE_WIDTH, Tile};
 use crate::clip::Polygon;
 use crate::options::MAX_SIDE;
 use crate::setup::{FAR_PX, Plane, Triangle};
@@ -25,9 +25,6 @@ pub(crate) struct Band<'a> {
     /// Of the whole image, pixels.
     pub size: [u32; 2],
 }
-
-/// Reference layer, working layer, open pixels: see [`crate::buffer`].
-type Tile<S> = [<S as Simd>::Words; 3];
 
 /// A band to rasterize into, with what all triangles have in common.
 pub(crate) struct Target<'a, S: Simd> {

@@ -8,7 +8,7 @@ use crate::buffer::MaskedDepth;
 use crate::clip::{Polygon, clip};
 use crate::raster::{Band, Target, polygon, triangle};
 use crate::setup::{Triangle, set_up};
-use crate::simd::{Isa, Kernel, Simd};
+use crate::simd::{Isa, Kernel, Simd, lanes_in};
 use crate::view::View;
 
 /// Triangles of which each thread sets some up before bands are rasterized; bounds the memory for them.
@@ -133,10 +133,7 @@ pub(crate) fn for_each<S: Simd, T: Triangles>(
     while from < range.end {
         let count = (range.end - from).min(S::LANES);
         let batch = set_up(s, view, triangles, from, count);
-        let mut lanes = batch.ready | batch.to_clip;
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize;
-            lanes &= lanes - 1;
+        for lane in lanes_in(batch.ready | batch.to_clip) {
             if batch.to_clip >> lane & 1 == 0 {
                 visit.triangle(s, &batch.triangle(lane));
             } else if let Some(polygon) = clip(

@@ -2,7 +2,7 @@
 
 use crate::options::Depth;
 use crate::rasterize::Triangles;
-use crate::simd::{Rows, Simd};
+use crate::simd::{MOST_LANES, Rows, Simd};
 use crate::view::{GUARD, HORIZONTAL_PX, LEAST_W, U, View};
 
 /// Where a dropped edge is: left or right of everything.
@@ -46,7 +46,7 @@ const FIELDS: usize = 17;
 /// One vector, large enough for any instruction set.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
-struct Lanes([u32; 16]);
+struct Lanes([u32; MOST_LANES]);
 
 /// As many triangles as there are lanes.
 pub(crate) struct Batch {
@@ -60,7 +60,7 @@ pub(crate) struct Batch {
 impl Batch {
     #[inline(always)]
     pub fn triangle(&self, lane: usize) -> Triangle {
-        let bits = |field: usize| self.fields[field].0[lane & 15];
+        let bits = |field: usize| self.fields[field].0[lane % MOST_LANES];
         let value = |field: usize| f32::from_bits(bits(field));
         Triangle {
             long_x: value(0),
@@ -366,7 +366,7 @@ pub(crate) fn set_up<S: Simd, T: Triangles>(
     let inside_guard = s.mask_bits(s.lt(extent, guard));
 
     let mut batch = Batch {
-        fields: [Lanes([0; 16]); FIELDS],
+        fields: [Lanes([0; MOST_LANES]); FIELDS],
         ready: seen & !any_near & inside_guard,
         to_clip: (any_near & !all_near & present) | (seen & !any_near & !inside_guard),
     };

@@ -52,6 +52,8 @@ pub(crate) trait Simd: Copy {
     fn abs(self, a: Self::F) -> Self::F;
     /// False where either is NaN.
     fn lt(self, a: Self::F, b: Self::F) -> Self::M;
+    /// True where either is NaN.
+    fn not_lt(self, a: Self::F, b: Self::F) -> Self::M;
 
     /// Rounds toward zero. No lane is NaN or -2^31 or below; what is too large becomes `2^31 - 1` or more as u32.
     fn to_int(self, a: Self::F) -> Self::I;
@@ -104,9 +106,22 @@ pub(crate) trait Simd: Copy {
     fn transpose_rows(self, rows: &impl Rows) -> [Self::F; 4];
 }
 
+/// Of any instruction set.
+pub(crate) const MOST_LANES: usize = 16;
+
 /// Where the rows of [`Simd::transpose_rows`] come from.
 pub(crate) trait Rows {
     fn row(&self, lane: usize) -> &[f32; 4];
+}
+
+/// The lanes of which [`Simd::mask_bits`] has a bit, in order.
+#[inline(always)]
+pub(crate) fn lanes_in(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = (bits != 0).then_some(bits.trailing_zeros() as usize);
+        bits &= bits.wrapping_sub(1);
+        lane
+    })
 }
 
 /// Work written once, to be instantiated per instruction set. `run` must be `#[inline(always)]`, and so must

@@ -2,6 +2,7 @@
 
 use crate::geometry::{Aabb, IDENTITY, Matrix4, clip_error};
 use crate::options::{Depth, Mode, Options};
+use crate::simd::Simd;
 
 /// Roundoff unit of f32: half a unit in the last place of 1.
 pub(crate) const U: f32 = 1.0 / (1 << 24) as f32;
@@ -124,5 +125,27 @@ impl Inner {
             Depth::Reversed | Depth::Standard => self.depth_tolerance + 8.0 * U + transform,
         };
         [1.0 - (16.0 * U + transform), absolute]
+    }
+
+    /// [`Self::displacement_px`] of each lane.
+    #[inline(always)]
+    pub fn displacements_px<S: Simd>(&self, s: S, extent_px: S::F, inverse_w: S::F) -> S::F {
+        let transform = s.mul(s.splat(2.0 * self.clip_error), inverse_w);
+        let relative = s.add(s.splat(8.0 * U), transform);
+        s.add(s.splat(self.step_px), s.mul(extent_px, relative))
+    }
+
+    /// [`Self::depth_margin`] of each lane.
+    #[inline(always)]
+    pub fn depth_margins<S: Simd>(&self, s: S, depth: Depth, inverse_w: S::F) -> [S::F; 2] {
+        let transform = s.mul(s.splat(2.0 * self.clip_error), inverse_w);
+        let absolute = match depth {
+            Depth::InverseW => s.splat(self.depth_tolerance),
+            Depth::Reversed | Depth::Standard => {
+                s.add(s.splat(self.depth_tolerance + 8.0 * U), transform)
+            }
+        };
+        let factor = s.sub(s.splat(1.0), s.add(s.splat(16.0 * U), transform));
+        [factor, absolute]
     }
 }

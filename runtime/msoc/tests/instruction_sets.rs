@@ -1,8 +1,26 @@
 //! One result, whatever the instruction set and the number of threads.
 
-use hroc_msoc::{Depth, Isa, IsaName, Mode, Msoc, Options, Rect, generate};
+use hroc_msoc::{Depth, Isa, IsaName, Mode, Msoc, Options, Rect, Visibility, generate};
 
 const NEAR: f32 = 0.5;
+
+/// Answers of rectangles, which must not depend on whether one or many are asked about.
+fn ask(msoc: &Msoc, rects: &[Rect]) -> Vec<Visibility> {
+    let mut together = vec![Visibility::Outside; 3];
+    msoc.query_rects(rects, &mut together);
+    for (rect, answer) in rects.iter().zip(&together) {
+        let alone = msoc.query_rect(rect);
+        assert_eq!(
+            *answer,
+            alone,
+            "{rect:?} {:?} {:?}",
+            msoc.isa(),
+            msoc.mode()
+        );
+    }
+    assert_eq!(together.len(), rects.len());
+    together
+}
 
 /// Every pixel's depth and every query's answer.
 fn everything(
@@ -10,7 +28,7 @@ fn everything(
     size: [u32; 2],
     seed: u64,
     count: usize,
-) -> (Vec<u32>, Vec<hroc_msoc::Visibility>) {
+) -> (Vec<u32>, Vec<Visibility>) {
     let mut msoc = Msoc::new(size, options).unwrap();
     let mut triangles = generate::triangles(seed, count, size, NEAR);
     // What no occluder should hold: it must be ignored, and alike.
@@ -24,10 +42,7 @@ fn everything(
     let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y]));
     let depth = pixels.map(|pixel| msoc.depth(pixel).to_bits()).collect();
     let rects = generate::rects(seed, 200, size, NEAR);
-    (
-        depth,
-        rects.iter().map(|rect| msoc.query_rect(rect)).collect(),
-    )
+    (depth, ask(&msoc, &rects))
 }
 
 #[test]
@@ -97,8 +112,7 @@ fn any_bits_are_taken() {
                         .iter()
                         .map(|corners| msoc.query_box_clip(corners))
                         .collect();
-                    let rects: Vec<_> = rects.iter().map(|rect| msoc.query_rect(rect)).collect();
-                    (depth, boxes, rects)
+                    (depth, boxes, ask(&msoc, &rects))
                 };
                 let portable = with(Isa::new(IsaName::Portable).unwrap());
                 for isa in Isa::available() {

@@ -266,7 +266,7 @@ fn a_rectangle_is_hidden_where_each_of_its_pixels_is() {
     let size = [150_u32, 70];
     let mut random = fastrand::Rng::with_seed(5);
     for isa in Isa::available() {
-        let mut counts = [0; 2];
+        let (mut counts, mut answers) = ([0; 2], Vec::new());
         for seed in 0..20 {
             let options = Options {
                 near: 0.5,
@@ -295,6 +295,8 @@ fn a_rectangle_is_hidden_where_each_of_its_pixels_is() {
                         expected
                     };
                     assert_eq!(msoc.query_rect(&rect), expected, "{isa:?} {x:?} {y:?}");
+                    msoc.query_rects(&[rect], &mut answers);
+                    assert_eq!(answers, [expected], "{isa:?} {x:?} {y:?}");
                     counts[usize::from(expected == Visibility::Occluded)] += 1;
                 }
             };

@@ -108,9 +108,10 @@ fn fill() -> Vec<Fill> {
 struct Queries {
     isa: &'static str,
     side_px: u32,
-    /// Of all rectangles, per mode.
-    seconds: [f64; MODES.len()],
-    occluded: [usize; MODES.len()],
+    /// Of all rectangles, per mode asked one by one and together.
+    seconds: [f64; 2 * MODES.len()],
+    /// In the first mode.
+    occluded: usize,
 }
 
 const RECTANGLES: usize = 4096;
@@ -136,18 +137,23 @@ fn queries() -> Vec<Queries> {
             let mut row = Queries {
                 isa: isa.name().name(),
                 side_px,
-                seconds: [0.0; MODES.len()],
-                occluded: [0; MODES.len()],
+                seconds: [0.0; 2 * MODES.len()],
+                occluded: 0,
             };
-            for (index, (_, mode)) in MODES.into_iter().enumerate() {
+            let mut answers = Vec::new();
+            for ((_, mode), seconds) in MODES.into_iter().zip(row.seconds.chunks_mut(2)).rev() {
                 let mut msoc = Msoc::new(SIZE, options(isa, mode)).expect("a size within bounds");
                 msoc.rasterize_clip(&triangles);
-                row.seconds[index] = least(10 * ROUNDS, || {
-                    let hidden = rects
-                        .iter()
-                        .filter(|rect| msoc.query_rect(rect) == Visibility::Occluded);
-                    row.occluded[index] = std::hint::black_box(hidden.count());
+                let hidden = |answer: &Visibility| *answer == Visibility::Occluded;
+                seconds[0] = least(10 * ROUNDS, || {
+                    let answers = rects.iter().map(|rect| msoc.query_rect(rect));
+                    row.occluded = std::hint::black_box(answers.filter(hidden).count());
                 });
+                seconds[1] = least(10 * ROUNDS, || {
+                    msoc.query_rects(&rects, &mut answers);
+                    std::hint::black_box(&answers);
+                });
+                assert_eq!(answers.iter().filter(|a| hidden(a)).count(), row.occluded);
             }
             rows.push(row);
         }
@@ -159,19 +165,22 @@ fn queries() -> Vec<Queries> {
 fn query_table(report: &mut String, rows: Vec<Queries>) {
     let _ = writeln!(
         report,
-        "\n## Rectangle queries\n\nNanoseconds each, of {RECTANGLES} random rectangles over the buffer of 50 px triangles.\n"
+        "\n## Rectangle queries\n\nNanoseconds each, of {RECTANGLES} random rectangles over the buffer of 50 px triangles, asked one by one \
+         (`query_rect`) and together (`query_rects`).\n"
     );
     let _ = writeln!(
         report,
-        "| instruction set | rectangle | paper | inner | occluded (paper) |\n|---|---|---|---|---|"
+        "| instruction set | rectangle | paper, one by one | together | inner, one by one | together | occluded (paper) |\n\
+         |---|---|---|---|---|---|---|"
     );
     for row in rows {
         let Queries { isa, side_px, .. } = row;
-        let [paper, inner] = row.seconds.map(|seconds| seconds * 1e9 / RECTANGLES as f64);
-        let occluded = 100.0 * row.occluded[0] as f64 / RECTANGLES as f64;
+        let each = |seconds: f64| format!("{:.1}", seconds * 1e9 / RECTANGLES as f64);
+        let times = row.seconds.map(each).join(" | ");
+        let occluded = 100.0 * row.occluded as f64 / RECTANGLES as f64;
         let _ = writeln!(
             report,
-            "| {isa} | {side_px}x{side_px} px | {paper:.1} | {inner:.1} | {occluded:.0} % |"
+            "| {isa} | {side_px}x{side_px} px | {times} | {occluded:.0} % |"
         );
     }
 }

@@ -70,7 +70,8 @@ pub struct Report {
     pub raster_ms: f64,
     /// The rounds of it.
     pub raster_ms_all: Vec<f64>,
-    /// One query on one thread, median over rounds of the mean, nanoseconds; null without queries.
+    /// One query on one thread, median over rounds of the mean, nanoseconds; rectangles are asked about together,
+    /// boxes one by one. Null without queries.
     pub query_ns: Option<f64>,
     /// Queries answered "visible".
     pub visible: usize,
@@ -173,11 +174,14 @@ pub fn run(replay: &Replay, options: &RunOptions) -> Result<Report, RunError> {
         });
         raster_ms.push(start.elapsed().as_secs_f64() * 1e3);
         let start = Instant::now();
-        answers = answer(
-            &replay.queries,
-            |rect| msoc.query_rect(rect),
-            |corners| msoc.query_box_clip(corners),
-        );
+        match &replay.queries {
+            Queries::Rects(rects) => msoc.query_rects(rects, &mut answers),
+            Queries::Boxes(boxes) => {
+                let each = boxes.iter().map(|corners| msoc.query_box_clip(corners));
+                answers.clear();
+                answers.extend(each);
+            }
+        }
         if !answers.is_empty() {
             query_ns.push(start.elapsed().as_secs_f64() * 1e9 / answers.len() as f64);
         }
@@ -187,7 +191,8 @@ pub fn run(replay: &Replay, options: &RunOptions) -> Result<Report, RunError> {
         .then(|| check(replay, &settings, &answers))
         .transpose()?;
     let mut bytes = vec![0_u8; answers.len().div_ceil(8)];
-    for (index, &visible) in answers.iter().enumerate() {
+    let visible = answers.iter().map(|answer| *answer == Visibility::Visible);
+    for (index, visible) in visible.clone().enumerate() {
         bytes[index / 8] |= u8::from(visible) << (index % 8);
     }
     Ok(Report {
@@ -205,36 +210,30 @@ pub fn run(replay: &Replay, options: &RunOptions) -> Result<Report, RunError> {
         raster_ms: median(&raster_ms).unwrap_or(0.0),
         query_ns: median(&query_ns),
         raster_ms_all: raster_ms,
-        visible: answers.iter().filter(|visible| **visible).count(),
+        visible: visible.filter(|visible| *visible).count(),
         visible_bits: bytes.iter().map(|byte| format!("{byte:02x}")).collect(),
         check,
     })
 }
 
-/// Whether each query's answer is "visible".
-fn answer(
-    queries: &Queries,
-    rect: impl FnMut(&crate::Rect) -> Visibility,
-    corners: impl FnMut(&[[f32; 4]; 8]) -> Visibility,
-) -> Vec<bool> {
-    let visible = |answer| answer == Visibility::Visible;
-    match queries {
-        Queries::Rects(rects) => rects.iter().map(rect).map(visible).collect(),
-        Queries::Boxes(boxes) => boxes.iter().map(corners).map(visible).collect(),
-    }
-}
-
-fn check(replay: &Replay, settings: &Options, answers: &[bool]) -> Result<Check, OptionsError> {
+fn check(
+    replay: &Replay,
+    settings: &Options,
+    answers: &[Visibility],
+) -> Result<Check, OptionsError> {
     let mut reference = Reference::new(replay.size, settings)?;
     reference.rasterize_clip(&replay.triangles);
     let mut check = Check::default();
-    let mut count = |ours: bool, truth: Visibility| match (ours, truth) {
-        (false, Visibility::Visible) => check.false_occluded += 1,
-        (ours, Visibility::Occluded) => {
-            check.reference_occluded += 1;
-            check.leaks += usize::from(ours);
+    let mut count = |ours: Visibility, truth: Visibility| {
+        let ours_visible = ours == Visibility::Visible;
+        match truth {
+            Visibility::Visible => check.false_occluded += usize::from(!ours_visible),
+            Visibility::Occluded => {
+                check.reference_occluded += 1;
+                check.leaks += usize::from(ours_visible);
+            }
+            Visibility::Outside => {}
         }
-        _ => {}
     };
     match &replay.queries {
         Queries::Rects(rects) => {

@@ -158,6 +158,11 @@ impl Simd for Avx2 {
         unsafe { _mm256_castps_si256(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) }
     }
     #[inline(always)]
+    fn not_lt(self, a: Self::F, b: Self::F) -> Self::M {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm256_castps_si256(_mm256_cmp_ps::<_CMP_NLT_UQ>(a, b)) }
+    }
+    #[inline(always)]
     fn any(self, a: Self::I) -> bool {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm256_testz_si256(a, a) == 0 }

@@ -161,6 +161,11 @@ impl Simd for Avx512 {
         unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b) }
     }
     #[inline(always)]
+    fn not_lt(self, a: Self::F, b: Self::F) -> Self::M {
+        // SAFETY: `self` proves that the CPU has the instructions.
+        unsafe { _mm512_cmp_ps_mask::<_CMP_NLT_UQ>(a, b) }
+    }
+    #[inline(always)]
     fn any(self, a: Self::I) -> bool {
         // SAFETY: `self` proves that the CPU has the instructions.
         unsafe { _mm512_test_epi32_mask(a, a) != 0 }

@@ -71,6 +71,10 @@ impl Simd for Portable {
         zip(a, b, |a, b| -i32::from(a < b))
     }
     #[inline(always)]
+    fn not_lt(self, a: Self::F, b: Self::F) -> Self::M {
+        zip(a, b, |a, b| i32::from(a < b) - 1)
+    }
+    #[inline(always)]
     fn to_int(self, a: Self::F) -> Self::I {
         a.map(|a| a as i32)
     }

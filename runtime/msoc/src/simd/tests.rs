@@ -34,6 +34,7 @@ impl Kernel for Everything<'_> {
             s.bits(s.max(a, b)),
             s.bits(s.abs(a)),
             s.bits(s.select(less, a, b)),
+            s.fill(s.not_lt(a, b), s.splat_i(0)),
             s.to_int(bounded),
             s.bits(s.to_float(a_i)),
             s.add_i(a_i, b_i),
