@@ -6,6 +6,7 @@
 //! so many times as much as it did in neighbouring frames of the two. Of several times the median counts, so that a
 //! step through a wall changes nothing. As estimates of arms that do not draw grow old, one is tried again now and then, if
 //! it could be ahead by then, and within a budget: trying may cost a fiftieth of the time.
+//! At first every arm draws twice, the frustum's once where it is out of the question.
 
 /// What draws a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,9 +73,12 @@ const SAVED: f64 = 1000.0;
 /// Frames between two trials of an arm at least: at first, and at last, as every trial doubles it until another arm is
 /// at home.
 const REST: [i64; 2] = [6, 32];
+/// Frames after which one of the two arms that cull is tried again that seemed to gain over the other: one time is not
+/// enough to change for, and if it was right, every frame until then is lost.
+const AGAIN: i64 = 2;
 /// An estimate that is so many frames old may be wrong by a factor of two.
 const DOUBTFUL: f64 = 32.0;
-/// Frames at the start whose times tell nothing: every arm draws once.
+/// Frames at the start whose times tell little: every arm draws once.
 const COLD: u64 = Arm::ALL.len() as u64;
 /// Frames at the start in which two arms that cull draw in turn, whatever it costs, until they are
 /// [decided](DECIDED), as one rough time would decide between them for long.
@@ -175,6 +179,10 @@ pub(super) struct Chooser {
     /// Milliseconds that may be spent on trying each arm.
     credit_ms: [f64; 3],
     pending: [Option<Pending>; LATE],
+    /// What each arm took in the first [`COLD`] frames.
+    cold: [Option<Sample>; 3],
+    /// Frames by which the opening is shorter, as an arm is out of the question.
+    left_out: u64,
     /// Share of what was in view that was drawn, of the last frame that told.
     drawn: f64,
     /// Frames in a row that drew nearly all: more than a step through a wall makes.
@@ -195,6 +203,8 @@ impl Chooser {
             rest: [REST[0]; 3],
             credit_ms: [0.0; 3],
             pending: [None; LATE],
+            cold: [None; 3],
+            left_out: 0,
             drawn: 1.0,
             full: 0,
         }
@@ -307,11 +317,31 @@ impl Chooser {
         others.filter(worth_it).max_by_key(|&arm| self.age(arm))
     }
 
+    /// The frustum's first time, if it is out of the question by that and by the device's times, both of which err: what
+    /// comes first waits for caches and pipelines, and hosts shade.
+    fn hopeless_frustum(&self, in_view: &InView) -> Option<Sample> {
+        let [frustum, groups, leaves] = self.cold;
+        let least_ms = groups?.ms.min(leaves?.ms);
+        let least_of_frustum_ms = frustum?.ms.min(self.cost.ms(in_view));
+        frustum.filter(|_| least_of_frustum_ms > HOPELESS * least_ms)
+    }
+
+    /// The arm that draws next whatever else, in the first frames: each of them once, and once more when caches and
+    /// pipelines are warm. Nobody knows what shows in the first one, so it is the frustum's; the others follow.
+    fn opening(&mut self, in_view: &InView) -> Option<Arm> {
+        if self.frame == COLD
+            && let Some(frustum) = self.hopeless_frustum(in_view)
+        {
+            self.samples[Arm::Frustum.index()].push(frustum);
+            self.left_out = 1;
+        }
+        let turn = self.frame + self.left_out;
+        (turn < 2 * COLD).then(|| Arm::ALL[(turn % COLD) as usize])
+    }
+
     /// The plan for the next frame; it must be followed.
     pub fn next(&mut self, in_view: InView) -> Plan {
-        // Nobody knows what shows in the first frame, so it is the frustum's; the others follow.
-        // Once more when caches and pipelines are warm.
-        let first = (self.frame < 2 * COLD).then(|| Arm::ALL[(self.frame % COLD) as usize]);
+        let first = self.opening(&in_view);
         let mut expected_ms = self.estimates_ms(&in_view);
         let wanted = first.or(self.follows.take()).unwrap_or_else(|| {
             let best = self.best(expected_ms);
@@ -400,11 +430,25 @@ impl Chooser {
             *credit_ms = (*credit_ms - lost_ms).max(-FORGIVEN * TRYING * ms);
             if !plan.hands_over {
                 let rest = &mut self.rest[plan.arm.index()];
-                *rest = (2 * *rest).min(REST[1]);
+                *rest = if lost_ms < 0.0 && plan.arm.other() == Some(home) {
+                    AGAIN
+                } else {
+                    (2 * *rest).clamp(REST[0], REST[1])
+                };
             }
         }
         let is_first = self.samples[plan.arm.index()].is_empty();
-        if frame < COLD || (plan.hands_over && !is_first) {
+        let sample = Sample {
+            ms,
+            in_view,
+            drawn: self.drawn,
+            frame: frame as i64,
+        };
+        if frame < COLD {
+            self.cold[plan.arm.index()] = Some(sample);
+            return;
+        }
+        if plan.hands_over && !is_first {
             return;
         }
         if plan.arm == Arm::Frustum {
@@ -429,12 +473,6 @@ impl Chooser {
         }
         let samples = &mut self.samples[plan.arm.index()];
         samples.retain(|sample| frame < sample.frame + FORGOTTEN);
-        let sample = Sample {
-            ms,
-            in_view,
-            drawn: self.drawn,
-            frame,
-        };
         push_bounded(samples, sample, SAMPLES);
     }
 }
@@ -640,6 +678,49 @@ mod tests {
             leaves += u32::from(frame >= 20 && plan.arm == Arm::Leaves);
         }
         assert!(leaves >= 35, "{leaves} of 40 frames");
+    }
+
+    /// How often the frustum's draws of 30 frames, the first of which takes `cold` times as long as it would.
+    fn frustums(load_ms: f64, costs: [f64; 3], cold: f64) -> usize {
+        let mut chooser = Chooser::new();
+        let mut frustums = 0;
+        for frame in 0..30 {
+            let plan = chooser.next(view(load_ms));
+            let factor = if frame == 0 { cold } else { 1.0 };
+            if plan.arm != Arm::Frustum {
+                chooser.drew(0.2);
+            }
+            chooser.took(frame, factor * costs[plan.arm.index()]);
+            frustums += usize::from(plan.arm == Arm::Frustum);
+        }
+        frustums
+    }
+
+    #[test]
+    fn the_frustum_draws_once_where_it_is_hopeless() {
+        assert_eq!(frustums(100.0, [100.0, 30.0, 28.0], 1.0), 1);
+        // Not by its first time alone, which waits for pipelines, nor by the device's times alone, which err.
+        assert!(frustums(10.0, [10.0, 14.0, 13.0], 20.0) > 20);
+        assert!(frustums(100.0, [40.0, 30.0, 28.0], 1.0) > 1);
+    }
+
+    #[test]
+    fn a_trial_that_seemed_to_gain_is_repeated_soon() {
+        // Leaves seems worse at the start and is better from frame 14 on.
+        let mut chooser = Chooser::new();
+        let mut leaves = Vec::new();
+        for frame in 0..120 {
+            let plan = chooser.next(view(50.0));
+            let leaf = if frame < 14 { 50.0 } else { 32.0 };
+            chooser.drew(0.2);
+            chooser.took(frame, [200.0, 40.0, leaf][plan.arm.index()]);
+            if frame >= 14 && plan.arm == Arm::Leaves {
+                leaves.push(frame);
+            }
+        }
+        // Three at most until it is at home, as soon as the budget allows.
+        assert!(leaves[2] < 30 && leaves[3] == leaves[2] + 1, "{leaves:?}");
+        assert!(leaves.len() >= 90, "{leaves:?}");
     }
 
     #[test]
