@@ -706,7 +706,7 @@ mod tests {
         assert!(leaves >= 35, "{leaves} of 40 frames");
     }
 
-    /// How often the frustum's draws of 30 frames, the first of which takes `cold` times as long as it would.
+    /// How many of 30 frames the frustum's draws, the first of which takes `cold` times as long as it would.
     fn frustums(load_ms: f64, costs: [f64; 3], cold: f64) -> usize {
         let mut chooser = Chooser::new();
         let mut frustums = 0;
