@@ -108,10 +108,9 @@ fn scene_bounds_and_origin() {
     check("scene: the origin is not finite", |s| {
         s.origin[1] = f64::NEG_INFINITY
     });
-    check(
-        "object 1: its bounds reach beyond the scene's",
-        |s| s.bounds.max[0] = 1.0,
-    );
+    check("object 1: its bounds reach beyond the scene's", |s| {
+        s.bounds.max[0] = 1.0
+    });
     let mut empty = scene(0);
     empty.bounds.max = [1.0; 3];
     let error = open(&file(&empty), Check::Objects).unwrap_err().to_string();
@@ -220,7 +219,9 @@ fn tree_structure() {
     });
     check("6: a leaf that ends at 9", |n| n[6].cell_and_object = 3);
     check("7: object 50 of 50", |n| n[7].cell_and_object = 50);
-    check("7: object 2, whose leaf is node 8", |n| n[7].cell_and_object = 2);
+    check("7: object 2, whose leaf is node 8", |n| {
+        n[7].cell_and_object = 2
+    });
 }
 
 #[test]
@@ -284,9 +285,10 @@ fn cells() {
     check("cell 1: its origin [NaN, 0.0, -2.5] is not finite", |s| {
         s.cells[1][0] = f64::NAN
     });
-    check("cell 0: its origin [0.0, 0.0, -2.5] is not the scene's, [1000000.0, 0.0, -2.5]", |s| {
-        s.cells[0][0] = 0.0
-    });
+    check(
+        "cell 0: its origin [0.0, 0.0, -2.5] is not the scene's, [1000000.0, 0.0, -2.5]",
+        |s| s.cells[0][0] = 0.0,
+    );
     check("object 3: cell 2 of 2", |s| s.objects[3].cell = 2);
     check("object 3: its bounds are in cell 1, it is in 0", |s| {
         s.object_bounds[3].cell = 1
@@ -321,7 +323,10 @@ fn cells() {
     open(&file(&moved), Check::Objects).unwrap();
     moved.bvhs[0].nodes[0].max[0] -= 0.5;
     let error = open(&file(&moved), Check::Objects).unwrap_err().to_string();
-    assert!(error.contains("node 0: does not contain its child"), "{error}");
+    assert!(
+        error.contains("node 0: does not contain its child"),
+        "{error}"
+    );
 }
 
 #[test]

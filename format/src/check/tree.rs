@@ -79,9 +79,11 @@ pub(super) fn check(
                 let inside = cell_box(&nodes[child].to_native());
                 // The child's cell is checked with the child; until then it may be out of range.
                 let known = (inside.cell as usize) < origins.len();
-                ensure(known && cell_box(&node).contains(&inside, origins), at, || {
-                    format!("does not contain its child {child}")
-                })?;
+                ensure(
+                    known && cell_box(&node).contains(&inside, origins),
+                    at,
+                    || format!("does not contain its child {child}"),
+                )?;
             }
             continue;
         };

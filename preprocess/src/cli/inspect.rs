@@ -2,7 +2,9 @@
 
 use super::Failure;
 use crate::bake::TreeReport;
-use hroc_format::{ArchivedScene, BakedScene, Bounds, object_flags};
+use crate::tree::in_cells;
+use glam::DVec3;
+use hroc_format::{ArchivedScene, BakedScene, Bounds, ObjectBounds, object_flags};
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
@@ -282,6 +284,15 @@ fn cameras(scene: &ArchivedScene) -> Vec<Camera> {
 
 fn objects(scene: &ArchivedScene) -> Vec<Object> {
     let ids = 0..scene.objects.len() as u32;
+    let origins: Vec<_> = scene.cell_origins().into_iter().map(DVec3::from).collect();
+    // A file that was opened without its objects checked may name a cell that is not there.
+    let in_world = |b: ObjectBounds| match origins.get(b.cell as usize) {
+        Some(_) => in_cells::about(&b, &origins, origins[0]),
+        None => Bounds {
+            min: b.min,
+            max: b.max,
+        },
+    };
     let parts = scene
         .objects
         .iter()
@@ -305,7 +316,7 @@ fn objects(scene: &ArchivedScene) -> Vec<Object> {
                     flags if flags & object_flags::MASKED != 0 => "masked",
                     _ => "opaque",
                 },
-                bounds: bounds.to_native().into(),
+                bounds: in_world(bounds.to_native()).into(),
             }
         })
         .collect()
