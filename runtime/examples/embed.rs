@@ -23,11 +23,11 @@ const FRAMES: u32 = 30;
 const SHADER: &str = "//!import common/types
 //!import object
 @group(0) @binding(1) var<storage, read> objects: array<Object>;
-@group(0) @binding(2) var<storage, read> object_bounds: array<Bounds>;
+@group(0) @binding(2) var<storage, read> object_bounds: array<ObjectBounds>;
 struct Vertex { @builtin(position) position: vec4f, @location(0) @interpolate(flat, either) object: u32 }
 struct Pixel { @location(0) color: vec4f, @location(1) item: u32 }
 @vertex fn vertex(@location(0) p: vec3f, @builtin(instance_index) object: u32) -> Vertex {
-    return Vertex(hroc_clip_position(hroc_world_position(objects[object], p)), object);
+    return Vertex(hroc_clip_position(hroc_relative_position(objects[object], p)), object);
 }
 @fragment fn fragment(v: Vertex) -> Pixel {
     if (!hroc_keeps(object_bounds[v.object], v.position)) { discard; }

@@ -88,6 +88,11 @@ use glam::{DVec3, DVec4};
 use crate::camera::{Camera, CameraError, DepthConvention};
 use crate::scene::SceneShape;
 
+/// Cells that shaders know: those of the bake and those of objects that a host adds.
+pub const CELL_SLOTS: usize = 256;
+/// Coordinates are kept below this, so that no sum of them overflows.
+const LARGEST: f64 = f32::MAX as f64 / 16.0;
+
 /// The roundoff unit assumed of the GPU.
 const U: f64 = 1.0 / (1 << 23) as f64;
 /// The uniform `Frame` of common/frame.wgsl; fields are documented there.
@@ -95,11 +100,11 @@ const U: f64 = 1.0 / (1 << 23) as f64;
 #[repr(C)]
 #[allow(missing_docs)]
 pub struct FrameUniform {
-    pub clip_from_world: [[f32; 4]; 4],
+    pub clip_from_relative: [[f32; 4]; 4],
     pub planes: [[f32; 4]; 6],
     pub forward: [f32; 4],
     pub ray_origin: [f32; 3],
-    pub padding_world: f32,
+    pub padding_everywhere: f32,
     pub ray_origin_dx: [f32; 3],
     pub padding_per_depth: f32,
     pub ray_origin_dy: [f32; 3],
@@ -114,10 +119,15 @@ pub struct FrameUniform {
     pub depth_tolerance_over_w: f32,
     pub depth_tolerance_relative: f32,
     pub size: [u32; 2],
-    pub box_padding_world: f32,
+    pub box_padding_everywhere: f32,
     pub box_padding_per_depth: f32,
     pub static_count: u32,
     pub reserved: u32,
+    pub eye_high: [f32; 3],
+    pub padding_per_reach: f32,
+    pub eye_low: [f32; 3],
+    pub box_padding_per_reach: f32,
+    pub cells: [[f32; 4]; CELL_SLOTS],
 }
 
 impl FrameUniform {
@@ -131,7 +141,10 @@ impl FrameUniform {
         size: [u32; 2],
         shape: &SceneShape,
     ) -> Result<Self, CameraError> {
-        let view = camera.view(depth, size, shape.origin, shape.radius)?;
+        let zero = zero_near(camera.position, &shape.cells);
+        // The far plane of an orthographic camera that has none goes by how far the scene reaches from the eye.
+        let reach_of_scene = (camera.position - shape.origin).length() + shape.radius;
+        let view = camera.view(depth, size, zero, reach_of_scene)?;
         let [width, height] = size.map(f64::from);
         let right = view.right * view.half_width;
         let up = view.up * view.half_height;
@@ -140,7 +153,9 @@ impl FrameUniform {
         let dx = right * (2.0 / width);
         let dy = up * (-2.0 / height);
 
-        let reach = shape.reach + view.eye.abs().element_sum();
+        // The eye itself, eye-relative: half a step of the grid at most.
+        let eye_reach = view.eye.abs().element_sum();
+        let scene_reach = shape.reach + (camera.position - shape.origin).abs().element_sum();
         // World per pixel at unit depth, both axes together.
         let pixel = 2.0 * view.half_width / width + 2.0 * view.half_height / height;
         let larger_side = width.max(height);
@@ -157,16 +172,18 @@ impl FrameUniform {
         } else {
             0.0
         };
+        // Everywhere, per reach, per depth.
         let paddings = |coverage: f64, ulps: f64| {
-            let everywhere = ulps * U * reach * (1.0 + slope);
+            let per_reach = ulps * U * (1.0 + slope);
+            let everywhere = per_reach * eye_reach;
             if view.perspective {
-                [everywhere, coverage + direction]
+                [everywhere, per_reach, coverage + direction]
             } else {
-                [everywhere + coverage + direction, 0.0]
+                [everywhere + coverage + direction, per_reach, 0.0]
             }
         };
-        let [padding_world, padding_per_depth] = paddings(coverage, 30.0);
-        let [box_padding_world, box_padding_per_depth] = paddings(box_coverage, 48.0);
+        let padding = paddings(coverage, 48.0).map(round_up);
+        let box_padding = paddings(box_coverage, 64.0).map(round_up);
 
         let (origin, origin_dx, origin_dy, direction, direction_dx, direction_dy, along) =
             if view.perspective {
@@ -191,12 +208,12 @@ impl FrameUniform {
                 )
             };
         let z_reach = if view.perspective {
-            reach
+            scene_reach
         } else {
-            reach + view.near
+            scene_reach + view.near
         };
         Ok(Self {
-            clip_from_world: view.clip_from_world().as_mat4().to_cols_array_2d(),
+            clip_from_relative: view.clip_from_world().as_mat4().to_cols_array_2d(),
             planes: planes(&view).map(|plane| plane.as_vec4().to_array()),
             forward: view
                 .forward
@@ -204,9 +221,9 @@ impl FrameUniform {
                 .as_vec4()
                 .to_array(),
             ray_origin: origin.as_vec3().to_array(),
-            padding_world: round_up(padding_world),
+            padding_everywhere: padding[0],
             ray_origin_dx: origin_dx.as_vec3().to_array(),
-            padding_per_depth: round_up(padding_per_depth),
+            padding_per_depth: padding[2],
             ray_origin_dy: origin_dy.as_vec3().to_array(),
             // Visible geometry starts at the near plane; rounded toward the eye.
             near: (view.near * (1.0 - 8.0 * U)) as f32,
@@ -222,12 +239,43 @@ impl FrameUniform {
             ),
             depth_tolerance_relative: (24.0 * U) as f32,
             size,
-            box_padding_world: round_up(box_padding_world),
-            box_padding_per_depth: round_up(box_padding_per_depth),
+            box_padding_everywhere: box_padding[0],
+            box_padding_per_depth: box_padding[2],
             static_count: shape.static_count,
             reserved: 0,
+            eye_high: zero.as_vec3().to_array(),
+            padding_per_reach: padding[1],
+            eye_low: (zero - zero.as_vec3().as_dvec3()).as_vec3().to_array(),
+            box_padding_per_reach: box_padding[1],
+            cells: cell_offsets(zero, &shape.cells),
         })
     }
+
+    /// Where the zero of eye-relative positions lies in the source's coordinates, to the 48 bits that the shaders have.
+    pub fn zero(&self) -> DVec3 {
+        let [high, low] = [self.eye_high, self.eye_low].map(|x| DVec3::from(x.map(f64::from)));
+        high + low
+    }
+}
+
+/// The zero of eye-relative positions: the eye on a grid of 2^-23 to 2^-22 of its distance from the farthest cell. The
+/// offset of a cell then has no more bits than f32 holds, unless the cell's own grid is finer.
+fn zero_near(eye: DVec3, cells: &[DVec3]) -> DVec3 {
+    let far = |cell: &DVec3| (*cell - eye).abs().max_element();
+    let farthest = cells.iter().map(far).fold(0.0, f64::max);
+    let step = (farthest.log2().ceil() - 23.0).exp2();
+    let snapped = (eye / step).round() * step;
+    if snapped.is_finite() { snapped } else { eye }
+}
+
+/// From `zero` to each cell. What is so far that sums of coordinates could overflow is drawn in to where they cannot.
+fn cell_offsets(zero: DVec3, cells: &[DVec3]) -> [[f32; 4]; CELL_SLOTS] {
+    let mut offsets = [[0.0; 4]; CELL_SLOTS];
+    for (offset, cell) in offsets.iter_mut().zip(cells) {
+        let from_zero = (*cell - zero).clamp(DVec3::splat(-LARGEST), DVec3::splat(LARGEST));
+        *offset = from_zero.extend(0.0).as_vec4().to_array();
+    }
+    offsets
 }
 
 /// Inward unit planes in f64: left, right, bottom, top, near, far.

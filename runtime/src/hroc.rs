@@ -174,7 +174,7 @@ pub struct Hroc {
 impl Hroc {
     /// HROC over `scene` with the hierarchy `tree`, both on `device`.
     pub fn new(device: &wgpu::Device, scene: &Scene, tree: &Tree, options: HrocOptions) -> Self {
-        let shape = scene.shape;
+        let shape = scene.shape.clone();
         let none = wgpu::BufferUsages::empty();
         let words = |label, words: u32| gpu::storage(device, label, u64::from(words) * 4, none);
         let set = |label| words(label, shape.object_words());

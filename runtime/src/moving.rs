@@ -22,13 +22,18 @@
 //! ```
 
 use glam::{DAffine3, DVec3};
-use hroc_format::{ArchivedBounds, ArchivedObject, ArchivedScene, Bounds, Object, object_flags};
+use hroc_format::{
+    ArchivedObject, ArchivedObjectBounds, ArchivedScene, Object, ObjectBounds, object_flags,
+};
 
+use crate::frame_uniform::CELL_SLOTS;
 use crate::scene::{Scene, classes};
 use crate::twin::contains;
 
-/// Roundings of a product and sum of four terms, with room: the GPU may add them in any order.
-const WORLD_ULPS: f64 = 6.0 / (1 << 23) as f64;
+/// What an object by itself can make the GPU err, in units of the sum of its products: as the bake allows.
+const LOCAL_ULPS: f64 = 10.0 / (1 << 23) as f64;
+/// An object stays in its cell up to this distance from its zero, in units of its size; as in the bake.
+const FARTHEST: f64 = 4096.0;
 
 /// An object to insert.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,10 +84,17 @@ pub enum MovingError {
     NotBaked(u32),
 }
 
+/// Cells for objects that are far from all cells of the bake.
+const SPARE_CELLS: usize = CELL_SLOTS - hroc_format::MAX_CELLS;
+
 /// The moving objects of one scene. Changes take effect with the next [`flush`](Self::flush).
 #[derive(Clone, Debug)]
 pub struct MovingObjects {
     origin: DVec3,
+    /// Those of the bake, then [`SPARE_CELLS`] of our own.
+    cells: Vec<DVec3>,
+    /// Objects in each cell of our own.
+    users: [u32; SPARE_CELLS],
     static_count: u32,
     /// Of the bake alone.
     static_reach: f64,
@@ -90,7 +102,7 @@ pub struct MovingObjects {
     mesh_bounds: Vec<[DVec3; 2]>,
     /// By place; an empty one has its bounds inside out.
     objects: Vec<Object>,
-    bounds: Vec<Bounds>,
+    bounds: Vec<ObjectBounds>,
     free: Vec<u32>,
     opaque: Vec<u32>,
     blended: Vec<u32>,
@@ -106,21 +118,25 @@ fn archived_object(object: &Object) -> ArchivedObject {
         mesh: object.mesh.into(),
         base_color: object.base_color.into(),
         flags: object.flags.into(),
-        reserved: object.reserved.into(),
+        cell: object.cell.into(),
     }
 }
 
-pub(crate) fn archived_bounds(bounds: &Bounds) -> ArchivedBounds {
-    ArchivedBounds {
+pub(crate) fn archived_bounds(bounds: &ObjectBounds) -> ArchivedObjectBounds {
+    ArchivedObjectBounds {
         min: bounds.min.map(Into::into),
+        cell: bounds.cell.into(),
         max: bounds.max.map(Into::into),
+        reserved: bounds.reserved.into(),
     }
 }
 
 /// Of a place with no object in it: inside out, as the shaders ask.
-pub(crate) const NO_BOUNDS: Bounds = Bounds {
+pub(crate) const NO_BOUNDS: ObjectBounds = ObjectBounds {
     min: [f32::MAX; 3],
+    cell: 0,
     max: [f32::MIN; 3],
+    reserved: 0,
 };
 
 impl MovingObjects {
@@ -137,6 +153,12 @@ impl MovingObjects {
         let [opaque, blended] = classes(baked, shape.object_words());
         Self {
             origin: shape.origin,
+            cells: {
+                let own = std::iter::repeat_n(shape.origin, SPARE_CELLS);
+                let baked = baked.cell_origins().into_iter().map(DVec3::from);
+                baked.chain(own).collect()
+            },
+            users: [0; SPARE_CELLS],
             static_count: shape.static_count,
             static_reach: shape.reach,
             static_radius: shape.radius,
@@ -169,17 +191,17 @@ impl MovingObjects {
                 count: self.mesh_bounds.len(),
             });
         }
-        let (rows, bounds) = self.rows_and_bounds(object.mesh, object.world_from_object)?;
-        let place = self
-            .free
-            .pop()
-            .ok_or(MovingError::Full(self.objects.len() as u32))?;
+        let Some(&place) = self.free.last() else {
+            return Err(MovingError::Full(self.objects.len() as u32));
+        };
+        let (rows, bounds) = self.rows_and_bounds(object.mesh, object.world_from_object, None)?;
+        self.free.pop();
         self.objects[place as usize] = Object {
             world_from_object: rows,
             mesh: object.mesh,
             base_color: object.base_color,
             flags: object.flags & object_flags::ALL,
-            reserved: 0,
+            cell: bounds.cell,
         };
         self.bounds[place as usize] = bounds;
         self.moved = true;
@@ -194,9 +216,10 @@ impl MovingObjects {
     /// If it is none of the moving ones, or the transform is not finite.
     pub fn place(&mut self, id: u32, world_from_object: DAffine3) -> Result<(), MovingError> {
         let place = self.taken_place(id)?;
-        let mesh = self.objects[place].mesh;
-        let (rows, bounds) = self.rows_and_bounds(mesh, world_from_object)?;
+        let Object { mesh, cell, .. } = self.objects[place];
+        let (rows, bounds) = self.rows_and_bounds(mesh, world_from_object, Some(cell))?;
         self.objects[place].world_from_object = rows;
+        self.objects[place].cell = bounds.cell;
         self.bounds[place] = bounds;
         self.moved = true;
         Ok(())
@@ -208,6 +231,7 @@ impl MovingObjects {
     /// If it is none of the moving ones.
     pub fn remove(&mut self, id: u32) -> Result<(), MovingError> {
         let place = self.taken_place(id)?;
+        self.leave(self.objects[place].cell);
         self.bounds[place] = NO_BOUNDS;
         self.free.push(place as u32);
         self.moved = true;
@@ -242,8 +266,9 @@ impl MovingObjects {
             .world_from_object
             .map(|row| row.map(|x| f64::from(x.to_native())));
         let column = |i: usize| DVec3::new(x[i], y[i], z[i]);
+        let cell = self.cells[object.cell.to_native() as usize];
         let world_from_object =
-            DAffine3::from_cols(column(0), column(1), column(2), column(3) + self.origin);
+            DAffine3::from_cols(column(0), column(1), column(2), column(3) + cell);
         let taken = self.insert(MovingObject {
             mesh: object.mesh.to_native(),
             world_from_object,
@@ -269,7 +294,7 @@ impl MovingObjects {
         self.len() == 0
     }
 
-    /// Writes the changes to the GPU and into `scene`, for the frames that are encoded from now on. Uploads 88
+    /// Writes the changes to the GPU and into `scene`, for the frames that are encoded from now on. Uploads 96
     /// bytes per place if anything moved.
     pub fn flush(&mut self, queue: &wgpu::Queue, scene: &mut Scene) {
         if self.moved {
@@ -281,12 +306,13 @@ impl MovingObjects {
             queue.write_buffer(&scene.objects, first * size_of::<Object>() as u64, objects);
             queue.write_buffer(
                 &scene.object_bounds,
-                first * size_of::<Bounds>() as u64,
+                first * size_of::<ObjectBounds>() as u64,
                 bounds,
             );
-            let far = |bounds: &Bounds| {
-                let of = |i: usize| f64::from(bounds.min[i].abs().max(bounds.max[i].abs()));
-                DVec3::new(of(0), of(1), of(2))
+            let far = |bounds: &ObjectBounds| {
+                let zero = self.cells[bounds.cell as usize] - self.origin;
+                let corner = |corner: [f32; 3]| DVec3::from(corner.map(f64::from)) + zero;
+                corner(bounds.min).abs().max(corner(bounds.max).abs())
             };
             let present = self.bounds.iter().filter(|bounds| **bounds != NO_BOUNDS);
             let (mut reach, mut radius) = (self.static_reach, self.static_radius);
@@ -295,6 +321,9 @@ impl MovingObjects {
                 radius = radius.max(far.length());
             }
             (scene.shape.reach, scene.shape.radius) = (reach, radius);
+            if *scene.shape.cells != *self.cells {
+                scene.shape.cells = self.cells.as_slice().into();
+            }
         }
         if self.reclassed {
             queue.write_buffer(&scene.opaque, 0, bytemuck::cast_slice(&self.opaque));
@@ -333,41 +362,96 @@ impl MovingObjects {
         self.reclassed = true;
     }
 
-    /// The rows for the GPU, and bounds that contain every vertex as the GPU computes it with them.
+    /// The cell for an object with this box in the source's coordinates: the one it is in while that is near enough,
+    /// else the nearest one, or one of our own where all are too far.
+    fn cell_for(&self, [min, max]: [DVec3; 2], current: Option<u32>) -> (u32, DVec3) {
+        let far = |zero: DVec3| (min - zero).abs().max((max - zero).abs()).max_element();
+        let farthest = FARTHEST * (max - min).max_element();
+        let zero = |cell: u32| self.cells[cell as usize];
+        if let Some(cell) = current.filter(|&cell| far(zero(cell)) <= farthest) {
+            return (cell, zero(cell));
+        }
+        let baked = self.cells.len() - SPARE_CELLS;
+        let in_use = |cell: &usize| *cell < baked || self.users[cell - baked] > 0;
+        let nearest = (0..self.cells.len())
+            .filter(in_use)
+            .min_by(|&a, &b| far(self.cells[a]).total_cmp(&far(self.cells[b])))
+            .unwrap_or(0);
+        let free = (baked..self.cells.len()).find(|cell| !in_use(cell));
+        match free.filter(|_| far(self.cells[nearest]) > farthest) {
+            Some(own) => {
+                // On a grid, so that the offset from the eye has few bits.
+                let step = (max - min).max_element().log2().floor().exp2();
+                let middle = (min + (max - min) * 0.5) / step;
+                let snapped = middle.round() * step;
+                let zero = if snapped.is_finite() { snapped } else { min };
+                (own as u32, zero)
+            }
+            None => (nearest as u32, self.cells[nearest]),
+        }
+    }
+
+    fn enter(&mut self, cell: u32, zero: DVec3) {
+        let baked = self.cells.len() - SPARE_CELLS;
+        if let Some(own) = (cell as usize).checked_sub(baked) {
+            self.cells[cell as usize] = zero;
+            self.users[own] += 1;
+        }
+    }
+
+    fn leave(&mut self, cell: u32) {
+        let baked = self.cells.len() - SPARE_CELLS;
+        if let Some(own) = (cell as usize).checked_sub(baked) {
+            self.users[own] -= 1;
+        }
+    }
+
+    /// The rows for the GPU, and bounds that contain every vertex as the GPU computes it with them, in a cell that the
+    /// object then is in. `current`: the one it was in.
     fn rows_and_bounds(
-        &self,
+        &mut self,
         mesh: u32,
         world_from_object: DAffine3,
-    ) -> Result<([[f32; 4]; 3], Bounds), MovingError> {
+        current: Option<u32>,
+    ) -> Result<([[f32; 4]; 3], ObjectBounds), MovingError> {
         let matrix = world_from_object.matrix3;
-        let translation = world_from_object.translation - self.origin;
         let [lo, hi] = self.mesh_bounds[mesh as usize];
-        let mut bounds = NO_BOUNDS;
+        let middle = world_from_object.transform_point3((lo + hi) * 0.5);
+        let half = (hi - lo) * 0.5;
+        let across = matrix.x_axis.abs() * half.x
+            + matrix.y_axis.abs() * half.y
+            + matrix.z_axis.abs() * half.z;
+        let (cell, zero) = self.cell_for([middle - across, middle + across], current);
+        let translation = world_from_object.translation - zero;
+        let mut bounds = ObjectBounds { cell, ..NO_BOUNDS };
         let mut rows = [[0.0; 4]; 3];
         for axis in 0..3 {
             let row = matrix.row(axis).extend(translation[axis]).as_vec4();
             rows[axis] = row.to_array();
             let row = row.as_dvec4();
-            let (mut least, mut most, mut size) = (row.w, row.w, row.w.abs());
+            let (mut least, mut most, mut local) = (row.w, row.w, 0.0);
             for i in 0..3 {
                 let ends = [row[i] * lo[i], row[i] * hi[i]];
                 least += ends[0].min(ends[1]);
                 most += ends[0].max(ends[1]);
-                size += ends[0].abs().max(ends[1].abs());
+                local += ends[0].abs().max(ends[1].abs());
             }
-            let error = WORLD_ULPS * size + f64::from(f32::MIN_POSITIVE);
+            let error = LOCAL_ULPS * local + f64::from(f32::MIN_POSITIVE);
             bounds.min[axis] = ((least - error) as f32).next_down();
             bounds.max[axis] = ((most + error) as f32).next_up();
         }
         let elements = rows.as_flattened().iter();
-        if elements
+        if !elements
             .chain(&bounds.min)
             .chain(&bounds.max)
             .all(|x| x.is_finite())
         {
-            Ok((rows, bounds))
-        } else {
-            Err(MovingError::NotFinite)
+            return Err(MovingError::NotFinite);
         }
+        if let Some(current) = current {
+            self.leave(current);
+        }
+        self.enter(cell, zero);
+        Ok((rows, bounds))
     }
 }

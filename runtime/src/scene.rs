@@ -1,10 +1,13 @@
 //! A baked scene on the GPU. The arrays go from the mapped file into buffers byte for byte.
 
 use std::mem::size_of;
+use std::sync::Arc;
 
 use bytemuck::{NoUninit, cast_slice};
 use glam::DVec3;
-use hroc_format::{ArchivedBounds, ArchivedScene, BvhNode, Mesh, Object, object_flags};
+use hroc_format::{
+    ArchivedObjectBounds, ArchivedScene, BvhNode, Mesh, Object, ObjectBounds, object_flags,
+};
 
 use crate::device::DeviceProfile;
 use crate::gpu;
@@ -44,10 +47,12 @@ pub enum UploadError {
 }
 
 /// The numbers of a scene that a camera needs.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SceneShape {
     /// World's zero in the source's coordinates.
     pub origin: DVec3,
+    /// The zero of each cell in the source's coordinates; the first is world's.
+    pub cells: Arc<[DVec3]>,
     /// Largest Euclidean distance of a point of the scene's bounds from world's zero.
     pub radius: f64,
     /// Largest sum of absolute coordinates of such a point.
@@ -73,6 +78,7 @@ impl SceneShape {
         let far = DVec3::new(corner(0), corner(1), corner(2));
         Self {
             origin: DVec3::from_array(baked.origin.map(|x| x.to_native())),
+            cells: baked.cell_origins().into_iter().map(DVec3::from).collect(),
             radius: far.length(),
             reach: far.element_sum(),
             object_count: baked.objects.len() as u32,
@@ -114,7 +120,7 @@ pub struct Scene {
     pub indices: wgpu::Buffer,
     /// Storage: `array<Object>` of common/types.wgsl.
     pub objects: wgpu::Buffer,
-    /// Storage: `array<Bounds>`, world bounds per object; inside out in places without an object.
+    /// Storage: `array<ObjectBounds>`; inside out in places without an object.
     pub object_bounds: wgpu::Buffer,
     /// Storage: `array<Mesh>`.
     pub meshes: wgpu::Buffer,
@@ -191,6 +197,7 @@ impl Scene {
             .ok_or(UploadError::TooManyObjects { moving_capacity })?;
         let [opaque, blended] = classes(baked, shape.object_words());
         let has_blended = blended.iter().any(|word| *word != 0);
+        let object_count = shape.object_count;
         Ok(Self {
             shape,
             profile: profile.clone(),
@@ -210,7 +217,7 @@ impl Scene {
                 device,
                 "objects",
                 cast_slice(baked.objects.as_slice()),
-                u64::from(shape.object_count) * size_of::<Object>() as u64,
+                u64::from(object_count) * size_of::<Object>() as u64,
                 Usage::STORAGE,
             )?,
             object_bounds: upload(
@@ -259,7 +266,7 @@ impl Scene {
 }
 
 /// The bounds of a bake's objects, then those of `places` without an object.
-fn bounds_with_places(baked: &ArchivedScene, places: u32) -> Vec<ArchivedBounds> {
+fn bounds_with_places(baked: &ArchivedScene, places: u32) -> Vec<ArchivedObjectBounds> {
     let no_bounds = vec![archived_bounds(&NO_BOUNDS); places as usize];
     [baked.object_bounds.as_slice(), &no_bounds].concat()
 }
@@ -354,6 +361,7 @@ impl Tree {
 
 const _: () =
     assert!(size_of::<Object>() == 64 && size_of::<Mesh>() == 48 && size_of::<BvhNode>() == 32);
+const _: () = assert!(size_of::<ObjectBounds>() == 32);
 
 /// A buffer with `bytes` in it and room for `size` bytes; at least 64, since empty buffers cannot be bound.
 fn upload(

@@ -1,7 +1,7 @@
 //! A host that draws a scene into depth and item buffer with its own pipelines, and hands out what every
 //! frame left behind. Masked objects have holes; blended ones are drawn over the rest.
 
-use hroc_format::{BakedScene, Bounds};
+use hroc_format::{BakedScene, ObjectBounds};
 use hroc_runtime::moving::MovingObjects;
 use hroc_runtime::readback::{self, BufferCopy, TextureCopy};
 use hroc_runtime::{
@@ -17,19 +17,19 @@ use crate::Gpu;
 const DRAW: &str = "//!import common/types
 //!import object
 @group(0) @binding(1) var<storage, read> objects: array<Object>;
-@group(0) @binding(2) var<storage, read> object_bounds: array<Bounds>;
+@group(0) @binding(2) var<storage, read> object_bounds: array<ObjectBounds>;
 override GUARDED: bool = true;
 struct Vertex {
     @builtin(position) position: vec4f,
     @location(0) @interpolate(flat, either) object: u32,
-    @location(1) world: vec3f,
+    @location(1) place: vec3f,
 }
 @vertex fn vertex(@location(0) p: vec3f, @builtin(instance_index) object: u32) -> Vertex {
-    let world = hroc_world_position(objects[object], p);
-    return Vertex(hroc_clip_position(world), object, world);
+    let place = hroc_relative_position(objects[object], p);
+    return Vertex(hroc_clip_position(place), object, place);
 }
 fn dropped(v: Vertex) -> bool {
-    let hole = (objects[v.object].flags & 1u) != 0u && fract(2.0 * dot(v.world, vec3f(1.0, 0.9, 0.8))) < 0.5;
+    let hole = (objects[v.object].flags & 1u) != 0u && fract(2.0 * dot(hroc_world_position(v.place), vec3f(1.0, 0.9, 0.8))) < 0.5;
     return hole || (GUARDED && !hroc_keeps(object_bounds[v.object], v.position));
 }
 @fragment fn plain(v: Vertex) -> @location(0) u32 {
@@ -123,17 +123,19 @@ impl World {
         }
     }
 
-    /// World bounds of the objects that move, from the GPU.
-    pub fn moving_bounds(&self, gpu: &Gpu) -> Vec<Bounds> {
+    /// Bounds of the objects that move, from the GPU.
+    pub fn moving_bounds(&self, gpu: &Gpu) -> Vec<ObjectBounds> {
         let words = readback::words(&gpu.device, &gpu.queue, &self.scene.object_bounds);
         let shape = &self.scene.shape;
         let floats = |id: u32, at: usize| {
-            std::array::from_fn(|i| f32::from_bits(words[id as usize * 6 + at + i]))
+            std::array::from_fn(|i| f32::from_bits(words[id as usize * 8 + at + i]))
         };
         (shape.static_count..shape.object_count)
-            .map(|id| Bounds {
+            .map(|id| ObjectBounds {
                 min: floats(id, 0),
-                max: floats(id, 3),
+                cell: words[id as usize * 8 + 3],
+                max: floats(id, 4),
+                reserved: 0,
             })
             .collect()
     }

@@ -178,8 +178,8 @@ impl CoherentCulling {
         levels: u32,
         queue: &mut BinaryHeap<Queued>,
     ) {
-        if self.tree.is_leaf(n) {
-            self.waves.add(self.tree.nodes[n as usize].object);
+        if let Some(object) = self.tree.nodes[n as usize].object {
+            self.waves.add(object);
             return;
         }
         for node in self.tree.children(n) {
@@ -372,7 +372,8 @@ impl CoherentCulling {
     fn show_doubtful(&mut self) {
         for n in std::mem::take(&mut self.doubtful) {
             self.pull_up(n);
-            self.waves.add(self.tree.nodes[n as usize].object);
+            let object = self.tree.nodes[n as usize].object;
+            object.into_iter().for_each(|object| self.waves.add(object));
             self.leaf_questions.push(n);
         }
     }

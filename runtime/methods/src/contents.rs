@@ -1,6 +1,6 @@
 //! What is drawn below the nodes of a tree.
 
-use hroc_format::{ArchivedMesh, ArchivedScene, NO_OBJECT};
+use hroc_format::{ArchivedMesh, ArchivedScene};
 
 use crate::host_tree::{HostTree, position};
 
@@ -22,8 +22,8 @@ impl Contents {
             surface: vec![0.0],
         };
         for node in &tree.nodes {
-            if node.object != NO_OBJECT {
-                let object = &baked.objects[node.object as usize];
+            if let Some(object) = node.object {
+                let object = &baked.objects[object as usize];
                 let mesh = object.mesh.to_native() as usize;
                 let row = |i: usize| {
                     let row = object.world_from_object[i].map(|x| x.to_native());

@@ -1,20 +1,22 @@
 //! A BVH on the host, for methods that walk it there.
 
-use hroc_format::{ArchivedScene, NO_OBJECT};
+use hroc_format::ArchivedScene;
 use hroc_runtime::FrameUniform;
 use hroc_runtime::twin::bounds::{
-    Box3, LARGEST_NDC, footprint, in_frustum, nearest_along, padded, rasterized, touches_near,
+    Box3, LARGEST_NDC, footprint, in_frustum, nearest_along, padded, rasterized, relative,
+    touches_near,
 };
 
 /// A node, in depth-first order: the first child follows its parent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HostNode {
     min: [f32; 3],
+    cell: u32,
     max: [f32; 3],
     /// One past the last node below.
     pub skip: u32,
-    /// [`NO_OBJECT`] for an interior node.
-    pub object: u32,
+    /// `None` for an interior node.
+    pub object: Option<u32>,
     pub parent: u32,
 }
 
@@ -43,9 +45,10 @@ impl HostTree {
             let parents = bvh.parents.iter();
             let node = |(node, parent): (&hroc_format::ArchivedBvhNode, &rend::u32_le)| HostNode {
                 min: node.min.map(|x| x.to_native()),
+                cell: node.cell(),
                 max: node.max.map(|x| x.to_native()),
                 skip: node.skip.to_native(),
-                object: node.object.to_native(),
+                object: node.object(),
                 parent: parent.to_native(),
             };
             bvh.nodes.iter().zip(parents).map(node).collect()
@@ -54,7 +57,7 @@ impl HostTree {
     }
 
     pub fn is_leaf(&self, n: u32) -> bool {
-        self.nodes[n as usize].object != NO_OBJECT
+        self.nodes[n as usize].object.is_some()
     }
 
     /// Of an interior node.
@@ -69,8 +72,7 @@ impl HostTree {
 
     /// The bounds, grown by what rasterization may move.
     pub fn padded(&self, frame: &FrameUniform, n: u32) -> Box3 {
-        let node = &self.nodes[n as usize];
-        padded(frame, node.min, node.max)
+        padded(frame, self.bounds(frame, n))
     }
 
     pub fn placement(&self, frame: &FrameUniform, n: u32) -> Placement {
@@ -96,10 +98,10 @@ impl HostTree {
         nearest_along(frame.forward.into(), self.padded(frame, n))
     }
 
-    /// The bounds as baked.
-    pub fn bounds(&self, n: u32) -> [[f32; 3]; 2] {
+    /// The bounds as baked, eye-relative.
+    pub fn bounds(&self, frame: &FrameUniform, n: u32) -> Box3 {
         let node = &self.nodes[n as usize];
-        [node.min, node.max]
+        relative(frame, node.cell, node.min, node.max)
     }
 
     /// Calls `mark` on a leaf that shows and on what is above it, up to the first node that says it was marked before.

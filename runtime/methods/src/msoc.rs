@@ -9,12 +9,13 @@
 //! host moves are unknown to the CPU: from the first change of objects on, nothing is rasterized, and what moves is
 //! drawn untested.
 
-use hroc_format::{ArchivedScene, object_flags};
+use hroc_format::{ArchivedScene, ObjectBounds, object_flags};
 use hroc_msoc::hiz::SoftwareHiZ;
 use hroc_msoc::{
     Aabb, Affine3, Candidate, Depth, Hierarchy, Matrix4, Mode, Msoc, Node, Occluder,
     OccluderChoice, OccluderMesh, Options, Visibility,
 };
+use hroc_runtime::twin::bounds::{Box3, relative};
 use hroc_runtime::{
     CameraError, CullingMethod, DepthConvention, Drawer, FrameContext, FrameUniform, HostSync,
     Projection, Scene, Sets, Stage,
@@ -39,22 +40,33 @@ pub enum MsocMode {
     FullResolution,
 }
 
-impl Hierarchy for HostTree {
+/// A tree as it lies about the eye of a frame.
+struct SeenTree<'a> {
+    tree: &'a HostTree,
+    frame: &'a FrameUniform,
+}
+
+impl Hierarchy for SeenTree<'_> {
     fn root(&self) -> Option<u32> {
-        (!self.nodes.is_empty()).then_some(0)
+        (!self.tree.nodes.is_empty()).then_some(0)
     }
 
     fn node(&self, node: u32) -> Node {
-        if self.is_leaf(node) {
-            Node::Object(self.nodes[node as usize].object)
-        } else {
-            Node::Children(self.children(node))
+        match self.tree.nodes[node as usize].object {
+            Some(object) => Node::Object(object),
+            None => Node::Children(self.tree.children(node)),
         }
     }
 
     fn bounds(&self, node: u32) -> Aabb {
-        let [min, max] = Self::bounds(self, node);
-        Aabb { min, max }
+        aabb(self.tree.bounds(self.frame, node))
+    }
+}
+
+fn aabb(b: Box3) -> Aabb {
+    Aabb {
+        min: b.min.to_array(),
+        max: b.max.to_array(),
     }
 }
 
@@ -67,8 +79,9 @@ struct CpuMesh {
 
 #[derive(Clone, Copy, Debug)]
 struct CpuObject {
-    bounds: Aabb,
-    world_from_object: Affine3,
+    /// In the space of its cell, as are the rows of the matrix.
+    bounds: ObjectBounds,
+    cell_from_object: Affine3,
     /// `None`: it hides nothing.
     mesh: Option<u32>,
 }
@@ -84,10 +97,6 @@ struct CpuScene {
 impl CpuScene {
     /// Copies what can hide: meshes of no more than `most_triangles`.
     fn new(baked: &ArchivedScene, split: &str, most_triangles: u64) -> Self {
-        let aabb = |min: &[rend::f32_le; 3], max: &[rend::f32_le; 3]| Aabb {
-            min: min.map(|x| x.to_native()),
-            max: max.map(|x| x.to_native()),
-        };
         let mut used = vec![false; baked.meshes.len()];
         let triangles = |mesh: usize| u64::from(baked.meshes[mesh].index_count.to_native() / 3);
         let objects = baked.objects.iter().zip(baked.object_bounds.iter());
@@ -98,8 +107,8 @@ impl CpuScene {
             let hides = solid && triangles(mesh as usize) <= most_triangles;
             used[mesh as usize] |= hides;
             CpuObject {
-                bounds: aabb(&bounds.min, &bounds.max),
-                world_from_object: object
+                bounds: bounds.to_native(),
+                cell_from_object: object
                     .world_from_object
                     .map(|row| row.map(|x| x.to_native())),
                 mesh: hides.then_some(mesh),
@@ -130,23 +139,38 @@ impl CpuScene {
         }
     }
 
-    fn occluder(&self, object: u32) -> Option<Occluder<'_>> {
+    fn occluder(&self, frame: &FrameUniform, object: u32) -> Option<Occluder<'_>> {
         let object = &self.objects[object as usize];
+        // As hroc_relative_position does: a single addition, rounded alike.
+        let mut rows = object.cell_from_object;
+        for (row, zero) in rows
+            .iter_mut()
+            .zip(frame.cells[object.bounds.cell as usize])
+        {
+            row[3] += zero;
+        }
         let mesh = &self.meshes[object.mesh? as usize];
         Some(Occluder {
             mesh: OccluderMesh {
                 positions: &mesh.positions,
                 indices: &mesh.indices,
             },
-            world_from_object: object.world_from_object,
+            world_from_object: rows,
         })
     }
 
-    fn candidate(&self, object: u32) -> Option<Candidate> {
-        let CpuObject { bounds, mesh, .. } = self.objects[object as usize];
+    /// The bounds of an object, eye-relative.
+    fn bounds(&self, frame: &FrameUniform, object: &CpuObject) -> Aabb {
+        let ObjectBounds { min, cell, max, .. } = object.bounds;
+        aabb(relative(frame, cell, min, max))
+    }
+
+    fn candidate(&self, frame: &FrameUniform, object: u32) -> Option<Candidate> {
+        let known = &self.objects[object as usize];
+        let mesh = known.mesh;
         Some(Candidate {
             object,
-            bounds,
+            bounds: self.bounds(frame, known),
             triangles: self.meshes[mesh? as usize].indices.len() as u32,
         })
     }
@@ -273,40 +297,49 @@ impl MaskedSoftware {
     }
 
     /// Finds the objects that are not hidden. `None`: nothing can be told.
-    fn test(&mut self, key: Key, clip_from_world: &Matrix4, changed: bool) -> Option<Vec<u32>> {
+    fn test(&mut self, key: Key, frame: &FrameUniform, changed: bool) -> Option<Vec<u32>> {
+        let clip_from_relative: &Matrix4 = &frame.clip_from_relative;
         let last = std::mem::take(&mut self.last);
         let choice = self.choice;
         self.software(key)?;
         let (Some((_, software)), scene) = (&mut self.software, &self.scene) else {
             return None;
         };
-        let candidates = last.iter().filter_map(|&object| scene.candidate(object));
+        let candidates = last
+            .iter()
+            .filter_map(|&object| scene.candidate(frame, object));
         let candidates = candidates.take(if changed { 0 } else { usize::MAX });
         match software {
             Software::Masked(masked) => {
-                let mut occluders = masked.choose_occluders(clip_from_world, candidates, &choice);
+                let mut occluders =
+                    masked.choose_occluders(clip_from_relative, candidates, &choice);
                 occluders.sort_unstable();
                 masked.clear();
-                let found = masked.traverse(clip_from_world, &scene.tree, None, |object| {
+                let seen = SeenTree {
+                    tree: &scene.tree,
+                    frame,
+                };
+                let found = masked.traverse(clip_from_relative, &seen, None, |object| {
                     let chosen = occluders.binary_search(&object).is_ok();
-                    chosen.then(|| scene.occluder(object)).flatten()
+                    chosen.then(|| scene.occluder(frame, object)).flatten()
                 });
                 let found = found.ok()?;
                 self.counted = [found.queries, found.occluders];
                 Some(found.visible)
             }
             Software::FullResolution(full, masked) => {
-                let occluders = masked.choose_occluders(clip_from_world, candidates, &choice);
+                let occluders = masked.choose_occluders(clip_from_relative, candidates, &choice);
                 full.clear();
                 for &object in &occluders {
-                    if let Some(occluder) = scene.occluder(object) {
-                        full.rasterize(clip_from_world, &[occluder]).ok()?;
+                    if let Some(occluder) = scene.occluder(frame, object) {
+                        full.rasterize(clip_from_relative, &[occluder]).ok()?;
                     }
                 }
                 full.reduce();
                 self.counted = [scene.objects.len(), occluders.len()];
                 let visible = (0u32..).zip(&scene.objects).filter(|(_, object)| {
-                    full.query_box(clip_from_world, &object.bounds) == Visibility::Visible
+                    let bounds = scene.bounds(frame, object);
+                    full.query_box(clip_from_relative, &bounds) == Visibility::Visible
                 });
                 Some(visible.map(|(id, _)| id).collect())
             }
@@ -335,7 +368,7 @@ impl CullingMethod for MaskedSoftware {
         // The observer's clock runs while the CPU works.
         frame.stage(MASKED_TEST, |_| {
             self.words.clear();
-            match self.test(key, &uniform.clip_from_world, changed) {
+            match self.test(key, &uniform, changed) {
                 Some(visible) => {
                     self.words.resize(shape.object_words() as usize, 0);
                     for &id in &visible {

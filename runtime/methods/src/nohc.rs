@@ -8,7 +8,7 @@
 
 use std::collections::BinaryHeap;
 
-use hroc_format::{ArchivedScene, NO_OBJECT};
+use hroc_format::ArchivedScene;
 use hroc_runtime::{
     CameraError, CullingMethod, DepthConvention, Drawer, FrameContext, FrameUniform, HostSync,
     QueryCounts, Scene, Sets, Tree,
@@ -197,10 +197,10 @@ impl NearOptimalCulling {
         let mut hidden = vec![true; self.tree.nodes.len()];
         // Children come after their parents.
         for (n, node) in self.tree.nodes.iter().enumerate().rev() {
-            if node.object != NO_OBJECT {
-                let word = recorded.get((node.object >> 5) as usize);
+            if let Some(object) = node.object {
+                let word = recorded.get((object >> 5) as usize);
                 // A recording of fewer objects knows nothing of the rest.
-                hidden[n] = word.is_some_and(|word| word >> (node.object & 31) & 1 == 0);
+                hidden[n] = word.is_some_and(|word| word >> (object & 31) & 1 == 0);
             }
             hidden[node.parent as usize] &= hidden[n];
         }
@@ -220,8 +220,8 @@ impl NearOptimalCulling {
 
     /// Draws a leaf, or queues what is below a node.
     fn process(&mut self, walk: &mut Walk<'_>, n: u32, area_px: f64) {
-        if self.tree.is_leaf(n) {
-            self.waves.add(self.tree.nodes[n as usize].object);
+        if let Some(object) = self.tree.nodes[n as usize].object {
+            self.waves.add(object);
             self.pull_up(n);
             let coverage = self.contents.coverage(&self.tree, n).min(1.0);
             let share = coverage * (area_px / walk.pixels).min(1.0);

@@ -86,7 +86,9 @@ pub(crate) fn transform(m: &Matrix4, [x, y, z]: [f32; 3]) -> [f32; 4] {
 /// Bound of the difference between a clip-space component computed here and by a GPU that transforms to
 /// world first, for points with coordinates up to `reach`. With `S` the sum of absolute products in a
 /// component, each of the GPU's two steps errs by `4.5 * 2 U S` (four products, three sums, the entries; a
-/// GPU may return either neighbour) and ours by `4.5 * 2 U S` at most: `27 U S`.
+/// GPU may return either neighbour) and ours by `4.5 * 2 U S` at most: `27 U S`. A translation that is itself a sum,
+/// rounded by the GPU and by the caller, adds `3 U S`. For bounds, whose corners are such sums, one step of the GPU
+/// remains; that a vertex may lie beyond them by five of its roundings (`10 U S`) takes the place of the other.
 pub(crate) fn clip_error(
     clip_from_world: &Matrix4,
     world_from_object: &Affine3,

@@ -7,7 +7,7 @@
 use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
-use hroc_format::{ArchivedBvhNode, NO_OBJECT};
+use hroc_format::{ArchivedBvhNode, BvhNode};
 
 use super::DeviceProfile;
 use crate::batch_occlusion_test::{BatchOcclusionTest, TestBuffers, TestOptions};
@@ -85,6 +85,7 @@ impl Frame {
         let none = wgpu::BufferUsages::empty();
         let shape = SceneShape {
             origin: DVec3::ZERO,
+            cells: [DVec3::ZERO].into(),
             radius: 2.0,
             reach: 3.0,
             object_count: leaves,
@@ -112,11 +113,10 @@ impl Frame {
                     min: min.map(Into::into),
                     skip: (if is_leaf { n + 1 } else { count }).into(),
                     max: max.map(Into::into),
-                    object: (if is_leaf {
-                        n.div_ceil(2).min(leaves - 1)
-                    } else {
-                        NO_OBJECT
-                    })
+                    cell_and_object: BvhNode::pack(
+                        0,
+                        is_leaf.then(|| n.div_ceil(2).min(leaves - 1)),
+                    )
                     .into(),
                 }
             })
@@ -149,7 +149,7 @@ impl Frame {
             work: &words("work", 4),
             grouping: &words("grouping", 4),
             flagged_nodes: &words("flagged", count.div_ceil(32)),
-            object_bounds: &words("bounds", 6),
+            object_bounds: &words("bounds", 8),
         };
         let options = TestOptions {
             depth: convention,

@@ -1,9 +1,11 @@
 //! Twin of batch_occlusion_test.wgsl: what one fragment of a group's box decides.
 
 use glam::{Vec2, Vec4};
-use hroc_format::{ArchivedBvhNode, Bounds, NO_OBJECT};
+use hroc_format::{ArchivedBvhNode, ObjectBounds};
 
-use super::bounds::{Box3, entry, may_show, nearest_along, padded, pixel_ray};
+use super::bounds::{
+    Box3, entry, may_show, nearest_along, padded_bounds, padded_node, pixel_ray, rounding,
+};
 use crate::frame_uniform::FrameUniform;
 
 /// What the stage reads of a scene.
@@ -11,26 +13,27 @@ use crate::frame_uniform::FrameUniform;
 pub struct Tested<'a> {
     /// Nodes of the tree in depth-first order.
     pub nodes: &'a [ArchivedBvhNode],
-    /// World bounds of the objects that move, from the first id after the tree's.
-    pub moving_bounds: &'a [Bounds],
+    /// Bounds of the objects that move, from the first id after the tree's.
+    pub moving_bounds: &'a [ObjectBounds],
 }
 
 impl Tested<'_> {
     /// The padded bounds of a group: a node, or an object that moves.
     pub fn group_box(&self, frame: &FrameUniform, group: u32) -> Box3 {
         match self.nodes.get(group as usize) {
-            Some(node) => node_box(frame, node),
+            Some(node) => padded_node(frame, node),
             None => {
                 let bounds = &self.moving_bounds[(group - frame.node_count) as usize];
-                padded(frame, bounds.min, bounds.max)
+                padded_bounds(frame, bounds)
             }
         }
     }
 
     /// The ray parameter before which no ray enters a group's box.
     pub fn nearest(&self, frame: &FrameUniform, group: u32) -> f32 {
-        let nearest = nearest_along(Vec4::from(frame.forward), self.group_box(frame, group));
-        (nearest - frame.padding_world).max(frame.near)
+        let b = self.group_box(frame, group);
+        let nearest = nearest_along(Vec4::from(frame.forward), b);
+        (nearest - rounding(frame, b)).max(frame.near)
     }
 
     /// Calls `flag` with each object of `group` that the ray through a pixel `position` finds in front of the map's
@@ -61,20 +64,14 @@ impl Tested<'_> {
         let mut n = group;
         while n < root.skip.to_native() {
             let node = &self.nodes[n as usize];
-            if !shows(node_box(frame, node)) {
+            if !shows(padded_node(frame, node)) {
                 n = node.skip.to_native();
                 continue;
             }
-            let object = node.object.to_native();
-            if object != NO_OBJECT {
+            if let Some(object) = node.object() {
                 flag(object);
             }
             n += 1;
         }
     }
-}
-
-fn node_box(frame: &FrameUniform, node: &ArchivedBvhNode) -> Box3 {
-    let [min, max] = [&node.min, &node.max].map(|corner| corner.map(|x| x.to_native()));
-    padded(frame, min, max)
 }

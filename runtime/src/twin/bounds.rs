@@ -1,6 +1,7 @@
 //! Twin of common/bounds.wgsl.
 
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
+use hroc_format::{ArchivedBvhNode, BvhNode, ObjectBounds};
 
 use crate::frame_uniform::FrameUniform;
 
@@ -14,7 +15,7 @@ pub const KEPT_TOLERANCE: f32 = 0.5;
 /// As in the shader.
 pub const LARGEST_NDC: f32 = 32.0;
 
-/// An axis-aligned box, world.
+/// An axis-aligned box, eye-relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Box3 {
     /// Smallest corner.
@@ -26,18 +27,49 @@ pub struct Box3 {
 /// A ray with its direction inverted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// World.
+    /// Eye-relative.
     pub origin: Vec3,
     /// Per unit of view depth.
     pub inverse_direction: Vec3,
 }
 
-fn grown(frame: &FrameUniform, b: Box3, everywhere: f32, per_depth: f32) -> Box3 {
+/// The largest sum of absolute coordinates of a corner.
+fn reach(b: Box3) -> f32 {
+    let farthest = b.min.abs().max(b.max.abs());
+    farthest.x + farthest.y + farthest.z
+}
+
+/// A box in the space of a cell, eye-relative.
+pub fn relative(frame: &FrameUniform, cell: u32, lo: [f32; 3], hi: [f32; 3]) -> Box3 {
+    let zero = Vec4::from(frame.cells[cell as usize]).xyz();
+    Box3 {
+        min: Vec3::from(lo) + zero,
+        max: Vec3::from(hi) + zero,
+    }
+}
+
+/// The padded bounds of a node.
+pub fn padded_node(frame: &FrameUniform, node: &ArchivedBvhNode) -> Box3 {
+    let BvhNode { min, max, .. } = node.to_native();
+    padded(frame, relative(frame, node.cell(), min, max))
+}
+
+/// The padded bounds of an object.
+pub fn padded_bounds(frame: &FrameUniform, bounds: &ObjectBounds) -> Box3 {
+    padded(frame, relative(frame, bounds.cell, bounds.min, bounds.max))
+}
+
+/// By how much rounding can move a part of the box along the view.
+pub fn rounding(frame: &FrameUniform, b: Box3) -> f32 {
+    frame.padding_everywhere + frame.padding_per_reach * reach(b)
+}
+
+fn grown(frame: &FrameUniform, b: Box3, [everywhere, per_reach, per_depth]: [f32; 3]) -> Box3 {
     let forward = Vec4::from(frame.forward);
     let farthest = forward.xyz().max(Vec3::ZERO).dot(b.max)
         + forward.xyz().min(Vec3::ZERO).dot(b.min)
         + forward.w;
-    let padding = everywhere + per_depth * farthest.max(0.0);
+    let padding = everywhere + per_reach * reach(b) + per_depth * farthest.max(0.0);
     Box3 {
         min: b.min - padding,
         max: b.max + padding,
@@ -45,22 +77,27 @@ fn grown(frame: &FrameUniform, b: Box3, everywhere: f32, per_depth: f32) -> Box3
 }
 
 /// Grows bounds by all that rasterization and rounding can move geometry: what rays are tested against.
-pub fn padded(frame: &FrameUniform, lo: [f32; 3], hi: [f32; 3]) -> Box3 {
-    let b = Box3 {
-        min: lo.into(),
-        max: hi.into(),
-    };
-    grown(frame, b, frame.padding_world, frame.padding_per_depth)
+pub fn padded(frame: &FrameUniform, b: Box3) -> Box3 {
+    grown(frame, b, padding(frame))
+}
+
+/// Everywhere, per reach, per depth.
+fn padding(frame: &FrameUniform) -> [f32; 3] {
+    [
+        frame.padding_everywhere,
+        frame.padding_per_reach,
+        frame.padding_per_depth,
+    ]
 }
 
 /// What is rasterized for a padded box.
 pub fn rasterized(frame: &FrameUniform, b: Box3) -> Box3 {
-    grown(
-        frame,
-        b,
-        frame.box_padding_world,
+    let padding = [
+        frame.box_padding_everywhere,
+        frame.box_padding_per_reach,
         frame.box_padding_per_depth,
-    )
+    ];
+    grown(frame, b, padding)
 }
 
 /// Signed distance from a plane to the box's corner farthest along the plane's normal.
@@ -83,7 +120,7 @@ pub fn in_frustum(frame: &FrameUniform, b: Box3) -> bool {
 
 /// Whether part of the box lies in front of the near plane, on it, or as near as rounding could carry it.
 pub fn touches_near(frame: &FrameUniform, b: Box3) -> bool {
-    nearest_along(Vec4::from(frame.planes[4]), b) <= frame.padding_world
+    nearest_along(Vec4::from(frame.planes[4]), b) <= rounding(frame, b)
 }
 
 /// Where a box that does not touch the near plane falls in the image.
@@ -97,7 +134,7 @@ pub struct Footprint {
 
 /// The footprint of a box that does not touch the near plane.
 pub fn footprint(frame: &FrameUniform, b: Box3) -> Footprint {
-    let columns = frame.clip_from_world.map(Vec4::from);
+    let columns = frame.clip_from_relative.map(Vec4::from);
     let size = b.max - b.min;
     let base = columns[0] * b.min.x + columns[1] * b.min.y + columns[2] * b.min.z + columns[3];
     let edges = [
@@ -210,20 +247,14 @@ fn shows_within(frame: &FrameUniform, reversed: bool, t: f32, depth: f32, share:
 pub fn is_kept(
     frame: &FrameUniform,
     reversed: bool,
-    lo: [f32; 3],
-    hi: [f32; 3],
+    bounds: Box3,
     position: Vec2,
     depth: f32,
 ) -> bool {
-    let bare = Box3 {
-        min: lo.into(),
-        max: hi.into(),
-    };
     let b = grown(
         frame,
-        bare,
-        KEPT_PADDING * frame.padding_world,
-        KEPT_PADDING * frame.padding_per_depth,
+        bounds,
+        padding(frame).map(|part| KEPT_PADDING * part),
     );
     let t = entry_widened(pixel_ray(frame, position), b, frame.near, 1.0);
     t >= 0.0 && shows_within(frame, reversed, t, depth.clamp(0.0, 1.0), KEPT_TOLERANCE)

@@ -1,8 +1,10 @@
 //! Twin of extract_groups.wgsl.
 
-use hroc_format::{ArchivedBvhNode, Bounds, NO_OBJECT};
+use hroc_format::{ArchivedBvhNode, ObjectBounds};
 
-use super::bounds::{Box3, LARGEST_NDC, footprint, in_frustum, padded, rasterized, touches_near};
+use super::bounds::{
+    Box3, LARGEST_NDC, footprint, in_frustum, padded_bounds, padded_node, rasterized, touches_near,
+};
 use super::{contains, insert};
 use crate::frame_uniform::FrameUniform;
 
@@ -33,12 +35,12 @@ pub struct Groups {
     pub untested: Vec<u32>,
 }
 
-/// Runs the stage on sets of one bit per object. `moving_bounds`: world bounds of the objects that move, from
+/// Runs the stage on sets of one bit per object. `moving_bounds`: bounds of the objects that move, from
 /// the first id after the tree's; `largest_group_px`: the frame's threshold of adaptive grouping.
 pub fn extract_groups(
     frame: &FrameUniform,
     tree: TreeView<'_>,
-    moving_bounds: &[Bounds],
+    moving_bounds: &[ObjectBounds],
     potential_occluders: &[u32],
     effective_occluders: &[u32],
     largest_group_px: f32,
@@ -53,14 +55,7 @@ pub fn extract_groups(
             n = tree.parents[n as usize];
         }
     }
-    let box_of = |n: u32| {
-        let node = &tree.nodes[n as usize];
-        padded(
-            frame,
-            node.min.map(|x| x.to_native()),
-            node.max.map(|x| x.to_native()),
-        )
-    };
+    let box_of = |n: u32| padded_node(frame, &tree.nodes[n as usize]);
     // Of a padded box; `None` where no rasterized box can stand for it.
     let area_px = |b: Box3| {
         let outer = rasterized(frame, b);
@@ -93,8 +88,7 @@ pub fn extract_groups(
         if !in_frustum(frame, b) {
             continue;
         }
-        let object = tree.nodes[n as usize].object.to_native();
-        if object != NO_OBJECT {
+        if let Some(object) = tree.nodes[n as usize].object() {
             test_object(object, n, b);
         } else if !refine(b) {
             interior.push(n);
@@ -102,7 +96,7 @@ pub fn extract_groups(
     }
     for (bounds, slot) in moving_bounds.iter().zip(0..) {
         let object = frame.static_count + slot;
-        let b = padded(frame, bounds.min, bounds.max);
+        let b = padded_bounds(frame, bounds);
         let empty = bounds.min[0] > bounds.max[0];
         if !empty && !contains(potential_occluders, object) && in_frustum(frame, b) {
             test_object(object, frame.node_count + slot, b);

@@ -174,7 +174,7 @@ impl ObjectDrawer {
         shape: &SceneShape,
     ) -> Result<(), CameraError> {
         let frame = FrameUniform::new(camera, depth, size, shape)?;
-        let eye = (camera.position - shape.origin).extend(1.0).as_vec4();
+        let eye = (camera.position - frame.zero()).extend(1.0).as_vec4();
         queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
         queue.write_buffer(&self.eye, 0, bytemuck::bytes_of(&eye));
         Ok(())

@@ -1,7 +1,6 @@
 //! Which objects meet the view volume: in f64, never too few.
 
-use glam::{DMat4, DVec4};
-use hroc_format::Bounds;
+use glam::{DMat4, DVec3, DVec4};
 
 /// A view volume as six half-spaces, `dot(plane, (p, 1)) >= 0` inside.
 #[derive(Clone, Copy, Debug)]
@@ -20,8 +19,7 @@ impl Frustum {
     }
 
     /// No plane has all of the box outside. Also true for some boxes outside near the volume's edges.
-    pub fn meets(&self, bounds: &Bounds) -> bool {
-        let [min, max] = [bounds.min, bounds.max].map(|corner| corner.map(f64::from));
+    pub fn meets(&self, min: DVec3, max: DVec3) -> bool {
         self.planes.iter().all(|plane| {
             let terms = [0, 1, 2].map(|i| (plane[i] * min[i]).max(plane[i] * max[i]));
             let size = terms.iter().map(|term| term.abs()).sum::<f64>() + plane.w.abs();
@@ -34,7 +32,6 @@ impl Frustum {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
     use hroc_runtime::{Camera, DepthConvention, Projection};
 
     #[test]
@@ -55,7 +52,7 @@ mod tests {
                     .clip_from_world(depth, [100, 100], DVec3::ZERO, 10.0)
                     .unwrap();
                 let frustum = Frustum::new(&clip);
-                let meets = |min, max| frustum.meets(&Bounds { min, max });
+                let meets = |min: [f64; 3], max: [f64; 3]| frustum.meets(min.into(), max.into());
                 assert!(meets([-1.0; 3], [1.0; 3]));
                 // Behind the eye; in front of the near plane; touching it.
                 assert!(!meets([-1.0, -1.0, 5.5], [1.0, 1.0, 9.0]));

@@ -30,13 +30,13 @@ struct WorkCounters {
 @group(0) @binding(6) var<storage, read_write> grouping: Grouping;
 @group(0) @binding(7) var<storage, read> parents: array<u32>;
 @group(0) @binding(8) var<storage, read_write> flagged_nodes: array<atomic<u32>>;
-@group(0) @binding(9) var<storage, read> object_bounds: array<Bounds>;
+@group(0) @binding(9) var<storage, read> object_bounds: array<ObjectBounds>;
 @group(1) @binding(0) var occlusion_map: texture_depth_2d;
 
 // The padded bounds of a group: a node, or an object that moves.
 fn group_box(group: u32) -> Box {
     if (group < frame.node_count) {
-        return padded(nodes[group].min, nodes[group].max);
+        return padded_node(nodes[group]);
     }
     return padded_bounds(object_bounds[frame.static_count + group - frame.node_count]);
 }
@@ -97,14 +97,14 @@ fn test_fragment(fragment: BoxVertex) {
                     continue;
                 }
                 tests++;
-                let t = entry(ray, padded(node.min, node.max), frame.near);
+                let t = entry(ray, padded_node(node), frame.near);
                 if (t < 0.0 || !may_show(t, depth)) {
                     n = node.skip;
                     continue;
                 }
                 survived = true;
-                if (node.object != NO_OBJECT) {
-                    flag(node.object);
+                if (is_leaf(node)) {
+                    flag(node_object(node));
                     if (PRUNE) {
                         note_flagged(n);
                     }

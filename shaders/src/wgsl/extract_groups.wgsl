@@ -29,7 +29,7 @@ struct GroupDraw {
 @group(0) @binding(8) var<storage, read_write> groups: array<u32>;
 @group(0) @binding(9) var<storage, read_write> group_draw: GroupDraw;
 @group(0) @binding(10) var<storage, read_write> grouping: Grouping;
-@group(0) @binding(11) var<storage, read> object_bounds: array<Bounds>;
+@group(0) @binding(11) var<storage, read> object_bounds: array<ObjectBounds>;
 
 // Adaptive grouping: the cost of rasterizing one more box, in ray-box tests. 0: the paper's grouping.
 override BOX_COST: f32 = 256.0;
@@ -114,19 +114,19 @@ fn collect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     }
     // The frustum first: neighbours in the array are neighbours in space, so that whole groups of invocations end here.
     let node = nodes[n];
-    let box = padded(node.min, node.max);
+    let box = padded_node(node);
     if (!in_frustum(box)) {
         return;
     }
     let parent = parents[n];
     if (n != 0u && !is_visible(parent)) {
-        if (!refine(rasterized_area(padded(nodes[parent].min, nodes[parent].max)))) {
+        if (!refine(rasterized_area(padded_node(nodes[parent])))) {
             return;
         }
     }
     let area_px = rasterized_area(box);
-    if (node.object != NO_OBJECT) {
-        test_object(node.object, n, area_px);
+    if (is_leaf(node)) {
+        test_object(node_object(node), n, area_px);
     } else if (!refine(area_px)) {
         groups[atomicAdd(&group_draw.instance_count, 1u)] = n;
     }

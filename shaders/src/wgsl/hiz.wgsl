@@ -9,5 +9,5 @@ fn occluder_vertex(@location(0) p: vec3f, @builtin(instance_index) id: u32) -> @
         // It has holes, which the depth of its triangles does not: outside the clip volume.
         return vec4f(2.0, 2.0, 2.0, 1.0);
     }
-    return hroc_clip_position(hroc_world_position(objects[id], p));
+    return hroc_clip_position(hroc_relative_position(objects[id], p));
 }

@@ -4,7 +4,7 @@
 // hiz_test: every object of the frustum against a depth pyramid: its screen rectangle is compared at the level where
 // four texels cover it.
 
-@group(0) @binding(1) var<storage, read> object_bounds: array<Bounds>;
+@group(0) @binding(1) var<storage, read> object_bounds: array<ObjectBounds>;
 @group(0) @binding(2) var<storage, read_write> found: array<u32>;
 @group(0) @binding(3) var<storage, read> levels: array<PyramidLevel>;
 @group(0) @binding(4) var<storage, read> pyramid: array<f32>;
@@ -34,7 +34,7 @@ fn box_extent(box: Box) -> Extent {
     var hi = vec2f(-LARGEST_NDC);
     for (var corner = 0u; corner < 8u; corner++) {
         let p = select(outer.min, outer.max, vec3<bool>((corner & 1u) != 0u, (corner & 2u) != 0u, (corner & 4u) != 0u));
-        let clip = frame.clip_from_world * vec4f(p, 1.0);
+        let clip = frame.clip_from_relative * vec4f(p, 1.0);
         let ndc = clip.xy / clip.w;
         lo = min(lo, ndc);
         hi = max(hi, ndc);
@@ -49,14 +49,14 @@ fn sphere_extent(box: Box) -> Extent {
     let center = (outer.min + outer.max) * 0.5;
     let radius = length(outer.max - center);
     let distance = dot(frame.forward.xyz, center) + frame.forward.w;
-    let nearest = max(distance - radius - frame.padding_world, frame.near);
+    let nearest = max(distance - radius - rounding(outer), frame.near);
     if (distance - radius <= frame.near) {
         return Extent(vec2f(0.0), vec2f(1.0), nearest, true);
     }
     // Clip x and w are linear in the place: of a sphere, x - k w = 0 is tangent where the distance of the center
     // from that plane is the radius. With a = |row_x|^2 and so on this is a quadratic in k.
-    let clip = frame.clip_from_world * vec4f(center, 1.0);
-    let m = transpose(frame.clip_from_world);
+    let clip = frame.clip_from_relative * vec4f(center, 1.0);
+    let m = transpose(frame.clip_from_relative);
     let rr = radius * radius;
     let ww = clip.w * clip.w - rr * dot(m[3].xyz, m[3].xyz);
     var lo = vec2f(0.0);
@@ -71,7 +71,7 @@ fn sphere_extent(box: Box) -> Extent {
     return Extent(vec2f(lo.x, -hi.y) * 0.5 + 0.5, vec2f(hi.x, -lo.y) * 0.5 + 0.5, nearest, false);
 }
 
-fn passes(bounds: Bounds) -> bool {
+fn passes(bounds: ObjectBounds) -> bool {
     let box = padded_bounds(bounds);
     if (!in_frustum(box)) {
         return false;

@@ -50,7 +50,7 @@ struct LevelInfo {
 @group(0) @binding(10) var<storage, read_write> levels: array<Level>;
 @group(0) @binding(11) var<storage, read_write> flagged: array<atomic<u32>>;
 @group(0) @binding(12) var<storage, read_write> found: array<atomic<u32>>;
-@group(0) @binding(13) var<storage, read> object_bounds: array<Bounds>;
+@group(0) @binding(13) var<storage, read> object_bounds: array<ObjectBounds>;
 @group(0) @binding(14) var<storage, read_write> arguments: array<LevelArguments>;
 
 // Once per tree, one invocation per object: the ancestor at the last depth, or the leaf where it is above.
@@ -101,7 +101,7 @@ fn is_flagged(n: u32) -> bool {
 
 // Puts a node to the test, if it meets the frustum.
 fn test_node(n: u32) {
-    let box = padded(nodes[n].min, nodes[n].max);
+    let box = padded_node(nodes[n]);
     if (!in_frustum(box)) {
         return;
     }
@@ -120,7 +120,7 @@ fn seed(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grid:
     let i = id.x + id.y * grid.x * 64u;
     if (i < frame.node_count) {
         let depth = depth_of_node[i];
-        if (depth == info.first_depth || (depth < info.first_depth && nodes[i].object != NO_OBJECT)) {
+        if (depth == info.first_depth || (depth < info.first_depth && is_leaf(nodes[i]))) {
             test_node(i);
         }
         return;
@@ -169,7 +169,7 @@ fn descend(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
         return;
     }
     let n = candidates[level.first_candidate + i];
-    if (nodes[n].object != NO_OBJECT || !is_flagged(n)) {
+    if (is_leaf(nodes[n]) || !is_flagged(n)) {
         return;
     }
     test_node(n + 1u);

@@ -5,12 +5,12 @@
 @group(0) @binding(1) var<storage, read> nodes: array<BvhNode>;
 @group(0) @binding(2) var<storage, read> boxes: array<u32>;
 @group(0) @binding(3) var<storage, read_write> flagged: array<atomic<u32>>;
-@group(0) @binding(4) var<storage, read> object_bounds: array<Bounds>;
+@group(0) @binding(4) var<storage, read> object_bounds: array<ObjectBounds>;
 @group(1) @binding(0) var occlusion_map: texture_depth_2d;
 
 fn node_box(n: u32) -> Box {
     if (n < frame.node_count) {
-        return padded(nodes[n].min, nodes[n].max);
+        return padded_node(nodes[n]);
     }
     return padded_bounds(object_bounds[frame.static_count + n - frame.node_count]);
 }

@@ -8,7 +8,7 @@
 @group(1) @binding(0) var occlusion_map: texture_depth_2d;
 
 fn node_box(n: u32) -> Box {
-    return padded(nodes[n].min, nodes[n].max);
+    return padded_node(nodes[n]);
 }
 
 @vertex

@@ -10,7 +10,7 @@ struct BoxDraw {
     first_instance: u32,
 }
 
-@group(0) @binding(1) var<storage, read> object_bounds: array<Bounds>;
+@group(0) @binding(1) var<storage, read> object_bounds: array<ObjectBounds>;
 @group(0) @binding(2) var<storage, read_write> flagged: array<atomic<u32>>;
 @group(0) @binding(3) var<storage, read_write> boxes: array<u32>;
 @group(0) @binding(4) var<storage, read_write> box_draw: BoxDraw;

@@ -3,7 +3,7 @@
 // raster_test: the bounds of every object of the frustum are rasterized against the occlusion map; a fragment that
 // the map does not hide flags its object.
 
-@group(0) @binding(1) var<storage, read> object_bounds: array<Bounds>;
+@group(0) @binding(1) var<storage, read> object_bounds: array<ObjectBounds>;
 @group(0) @binding(2) var<storage, read_write> flagged: array<atomic<u32>>;
 @group(0) @binding(3) var<storage, read> boxes: array<u32>;
 @group(1) @binding(0) var occlusion_map: texture_depth_2d;

@@ -1,7 +1,7 @@
 //!import common/object_bounds
 // frustum_test: view frustum culling of every object by itself.
 
-@group(0) @binding(1) var<storage, read> object_bounds: array<Bounds>;
+@group(0) @binding(1) var<storage, read> object_bounds: array<ObjectBounds>;
 @group(0) @binding(2) var<storage, read_write> members: array<u32>;
 
 var<workgroup> words: array<atomic<u32>, 2>;

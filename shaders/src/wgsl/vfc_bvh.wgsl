@@ -4,7 +4,7 @@
 // The nodes stand in depth-first order, so any run of them can be walked by itself: from the topmost ancestor of
 // its first node that lies outside, if there is one, else from that node.
 
-@group(0) @binding(1) var<storage, read> object_bounds: array<Bounds>;
+@group(0) @binding(1) var<storage, read> object_bounds: array<ObjectBounds>;
 @group(0) @binding(2) var<storage, read_write> members: array<atomic<u32>>;
 @group(0) @binding(3) var<storage, read> nodes: array<BvhNode>;
 @group(0) @binding(4) var<storage, read> parents: array<u32>;
@@ -48,7 +48,7 @@ fn frustum_test(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
     while (ancestor != 0u) {
         ancestor = parents[ancestor];
         let node = nodes[ancestor];
-        let box = padded(node.min, node.max);
+        let box = padded_node(node);
         if (!in_frustum(box)) {
             n = max(n, node.skip);
         } else if (is_inside(box)) {
@@ -58,7 +58,7 @@ fn frustum_test(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
     while (n < end) {
         let node = nodes[n];
         if (n >= all_inside_to) {
-            let box = padded(node.min, node.max);
+            let box = padded_node(node);
             if (!in_frustum(box)) {
                 n = node.skip;
                 continue;
@@ -67,8 +67,8 @@ fn frustum_test(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
                 all_inside_to = node.skip;
             }
         }
-        if (node.object != NO_OBJECT) {
-            add(node.object);
+        if (is_leaf(node)) {
+            add(node_object(node));
         }
         n++;
     }

@@ -44,6 +44,7 @@ impl Layout {
     /// The layout of a scene; a scene without objects looks like a unit sphere at its origin.
     pub fn of(scene: &ArchivedScene) -> Self {
         let origin = DVec3::from_array(scene.origin.map(|x| x.to_native()));
+        let cells = scene.cell_origins();
         let bounds = scene.bounds.to_native();
         let [min, max] = [bounds.min, bounds.max].map(to_f64);
         let radius = 0.5 * (max - min).length();
@@ -51,7 +52,10 @@ impl Layout {
             .object_bounds
             .iter()
             .map(|bounds| bounds.to_native())
-            .map(|bounds| 0.5 * (to_f64(bounds.min) + to_f64(bounds.max)))
+            .map(|bounds| {
+                let zero = DVec3::from(cells[bounds.cell as usize]) - origin;
+                zero + 0.5 * (to_f64(bounds.min) + to_f64(bounds.max))
+            })
             .collect::<Vec<_>>();
         Self {
             centre: origin + 0.5 * (min + max),
@@ -173,14 +177,18 @@ fn densest(centres: &[DVec3]) -> DVec3 {
 mod tests {
     use super::*;
     use crate::camera_path::Cameras;
-    use hroc_format::{BakedScene, Bounds, Check, Scene, to_bytes};
+    use hroc_format::{BakedScene, Bounds, Check, ObjectBounds, Scene, to_bytes};
 
     fn baked(boxes: &[[[f32; 3]; 2]]) -> BakedScene {
         let object_bounds = boxes
             .iter()
-            .map(|&[min, max]| Bounds { min, max })
+            .map(|&[min, max]| ObjectBounds {
+                min,
+                max,
+                ..Default::default()
+            })
             .collect::<Vec<_>>();
-        let fold = |pick: fn(&Bounds) -> [f32; 3], extreme: fn(f32, f32) -> f32| {
+        let fold = |pick: fn(&ObjectBounds) -> [f32; 3], extreme: fn(f32, f32) -> f32| {
             let join = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|i| extreme(a[i], b[i]));
             object_bounds
                 .iter()

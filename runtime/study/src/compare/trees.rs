@@ -1,6 +1,6 @@
 //! What is known of the trees before anything is drawn.
 
-use hroc_format::{ArchivedBvh, ArchivedScene, NO_OBJECT};
+use hroc_format::{ArchivedBvh, ArchivedScene};
 use serde::{Deserialize, Serialize};
 
 /// The trees of a scene.
@@ -54,7 +54,7 @@ fn statistics(bvh: &ArchivedBvh) -> TreeStatistics {
     };
     let nodes = || bvh.nodes.iter().map(|node| node.to_native());
     let root = nodes().next().map_or(0.0, |node| area(node.min, node.max));
-    let interior = nodes().filter(|node| node.object == NO_OBJECT);
+    let interior = nodes().filter(|node| node.object().is_none());
     // As the stored cost: a root without area counts every node in full.
     let share = |area: f64| if root > 0.0 { area / root } else { 1.0 };
     let expected_boxes = interior

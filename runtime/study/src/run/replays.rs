@@ -1,5 +1,6 @@
 //! The replays of a run.
 
+use glam::DVec3;
 use std::time::Instant;
 
 use hroc_runtime::{CullingMethod, readback};
@@ -265,7 +266,13 @@ impl Bench<'_> {
             })?;
         let frustum = Frustum::new(&clip);
         let bounds = self.baked.scene().object_bounds.iter().zip(0..);
-        let meeting = bounds.filter(|(bounds, _)| frustum.meets(&bounds.to_native()));
+        let meeting = bounds.filter(|(bounds, _)| {
+            let bounds = bounds.to_native();
+            let zero = shape.cells[bounds.cell as usize] - shape.origin;
+            let [min, max] =
+                [bounds.min, bounds.max].map(|corner| DVec3::from(corner.map(f64::from)) + zero);
+            frustum.meets(min, max)
+        });
         Ok(meeting.map(|(_, id)| id).collect())
     }
 

@@ -2,7 +2,7 @@
 // Marks the objects that have a fragment in front of the final opaque depth, which is sampled.
 
 @group(0) @binding(1) var<storage, read> objects: array<Object>;
-@group(0) @binding(2) var<storage, read> object_bounds: array<Bounds>;
+@group(0) @binding(2) var<storage, read> object_bounds: array<ObjectBounds>;
 @group(0) @binding(3) var<storage, read_write> shown: array<atomic<u32>>;
 @group(1) @binding(0) var opaque_depth: texture_depth_2d;
 
@@ -13,7 +13,7 @@ struct BlendedVertex {
 
 @vertex
 fn blended_vertex(@location(0) p: vec3f, @builtin(instance_index) id: u32) -> BlendedVertex {
-    return BlendedVertex(hroc_clip_position(hroc_world_position(objects[id], p)), id);
+    return BlendedVertex(hroc_clip_position(hroc_relative_position(objects[id], p)), id);
 }
 
 @fragment

@@ -3,13 +3,14 @@
 // a sky above. Both faces of a surface are drawn and lit alike.
 
 @group(0) @binding(1) var<storage, read> objects: array<Object>;
-@group(0) @binding(2) var<storage, read> object_bounds: array<Bounds>;
-// World; w unused.
+@group(0) @binding(2) var<storage, read> object_bounds: array<ObjectBounds>;
+// Eye-relative; w unused.
 @group(0) @binding(3) var<uniform> eye: vec4f;
 
 struct Surface {
     @builtin(position) position: vec4f,
-    @location(0) world: vec3f,
+    // Eye-relative.
+    @location(0) place: vec3f,
     // Not of unit length; zero where the scene has no normals.
     @location(1) normal: vec3f,
     @location(2) @interpolate(flat, either) object: u32,
@@ -21,8 +22,8 @@ struct Pixel {
 }
 
 fn surface(p: vec3f, normal: vec3f, id: u32) -> Surface {
-    let world = hroc_world_position(objects[id], p);
-    return Surface(hroc_clip_position(world), world, normal, id);
+    let place = hroc_relative_position(objects[id], p);
+    return Surface(hroc_clip_position(place), place, normal, id);
 }
 
 @vertex
@@ -66,15 +67,15 @@ fn hole(world: vec3f) -> bool {
 
 fn shade(surface: Surface) -> Pixel {
     // The derivatives first: they need all four fragments of a quad.
-    let facet = direction(cross(dpdx(surface.world), dpdy(surface.world)));
-    if (HOLES && (objects[surface.object].flags & OBJECT_MASKED) != 0u && hole(surface.world)) {
+    let facet = direction(cross(dpdx(surface.place), dpdy(surface.place)));
+    if (HOLES && (objects[surface.object].flags & OBJECT_MASKED) != 0u && hole(hroc_world_position(surface.place))) {
         discard;
     }
     if (!hroc_keeps(object_bounds[surface.object], surface.position)) {
         discard;
     }
     let smooth_normal = direction(surface.normal);
-    let to_eye = direction(eye.xyz - surface.world);
+    let to_eye = direction(eye.xyz - surface.place);
     var n = select(facet, smooth_normal, any(smooth_normal != vec3f(0.0)));
     n = select(n, -n, dot(n, to_eye) < 0.0);
 

@@ -1,3 +1,4 @@
+//!import common/types
 //!import common/frame
 //!import common/depth
 // Conservative tests of padded bounds, against the `frame` of the importing stage. Twin: runtime/src/twin/bounds.rs.
@@ -32,22 +33,48 @@ struct Ray {
     inverse_direction: vec3f,
 }
 
-fn grown(box: Box, everywhere: f32, per_depth: f32) -> Box {
+// The largest sum of absolute coordinates of a corner.
+fn reach(box: Box) -> f32 {
+    let farthest = max(abs(box.min), abs(box.max));
+    return farthest.x + farthest.y + farthest.z;
+}
+
+fn grown(box: Box, everywhere: f32, per_reach: f32, per_depth: f32) -> Box {
     let forward = frame.forward;
     let farthest = dot(max(forward.xyz, vec3f(0.0)), box.max) + dot(min(forward.xyz, vec3f(0.0)), box.min) + forward.w;
-    let padding = select(everywhere + per_depth * max(farthest, 0.0), 0.0, BROKEN == BROKEN_COVERAGE);
+    let padding = select(
+        everywhere + per_reach * reach(box) + per_depth * max(farthest, 0.0),
+        0.0,
+        BROKEN == BROKEN_COVERAGE,
+    );
     return Box(box.min - padding, box.max + padding);
+}
+
+// A box in the space of a cell, eye-relative.
+fn relative(cell: u32, lo: vec3f, hi: vec3f) -> Box {
+    let zero = frame.cells[cell].xyz;
+    return Box(lo + zero, hi + zero);
 }
 
 // Grows bounds by all that rasterization and rounding can move geometry, see frame_uniform.rs: what rays are
 // tested against.
-fn padded(lo: vec3f, hi: vec3f) -> Box {
-    return grown(Box(lo, hi), frame.padding_world, frame.padding_per_depth);
+fn padded(box: Box) -> Box {
+    return grown(box, frame.padding_everywhere, frame.padding_per_reach, frame.padding_per_depth);
+}
+
+// The padded bounds of a node.
+fn padded_node(node: BvhNode) -> Box {
+    return padded(relative(node_cell(node), node.min, node.max));
+}
+
+// By how much rounding can move a part of the box along the view.
+fn rounding(box: Box) -> f32 {
+    return frame.padding_everywhere + frame.padding_per_reach * reach(box);
 }
 
 // What is rasterized for a padded box: it covers the centre of every pixel whose ray meets the box.
 fn rasterized(box: Box) -> Box {
-    return grown(box, frame.box_padding_world, frame.box_padding_per_depth);
+    return grown(box, frame.box_padding_everywhere, frame.box_padding_per_reach, frame.box_padding_per_depth);
 }
 
 // Signed distance from a plane to the box's corner farthest along the plane's normal.
@@ -71,7 +98,7 @@ fn in_frustum(box: Box) -> bool {
 // Part of the box lies in front of the near plane, on it, or as near as rounding could carry it: its faces cannot
 // be relied on to leave fragments there.
 fn touches_near(box: Box) -> bool {
-    return nearest_along(frame.planes[4], box) <= frame.padding_world && BROKEN != BROKEN_NEAR;
+    return nearest_along(frame.planes[4], box) <= rounding(box) && BROKEN != BROKEN_NEAR;
 }
 
 // Where a box that does not touch the near plane (so w > 0 at every corner) falls in the image.
@@ -84,10 +111,10 @@ struct Footprint {
 
 fn footprint(box: Box) -> Footprint {
     let size = box.max - box.min;
-    let base = frame.clip_from_world * vec4f(box.min, 1.0);
-    let x = frame.clip_from_world[0] * size.x;
-    let y = frame.clip_from_world[1] * size.y;
-    let z = frame.clip_from_world[2] * size.z;
+    let base = frame.clip_from_relative * vec4f(box.min, 1.0);
+    let x = frame.clip_from_relative[0] * size.x;
+    let y = frame.clip_from_relative[1] * size.y;
+    let z = frame.clip_from_relative[2] * size.z;
     var lo = vec2f(LARGEST_NDC * 2.0);
     var hi = vec2f(LARGEST_NDC * -2.0);
     for (var corner = 0u; corner < 8u; corner++) {
@@ -155,8 +182,13 @@ fn shows_within(t: f32, depth: f32, share: f32) -> bool {
 }
 
 // Whether a host's fragment at `position` lies within its object's bounds: what every test of the same ray finds.
-fn is_kept(lo: vec3f, hi: vec3f, position: vec4f) -> bool {
-    let box = grown(Box(lo, hi), KEPT_PADDING * frame.padding_world, KEPT_PADDING * frame.padding_per_depth);
+fn is_kept(bounds: Box, position: vec4f) -> bool {
+    let box = grown(
+        bounds,
+        KEPT_PADDING * frame.padding_everywhere,
+        KEPT_PADDING * frame.padding_per_reach,
+        KEPT_PADDING * frame.padding_per_depth,
+    );
     let t = entry_widened(pixel_ray(position.xy), box, frame.near, 1.0);
     // The depth buffer holds the clamped value; a triangle clipped at the near plane can come out beyond it.
     return t >= 0.0 && shows_within(t, clamp(position.z, 0.0, 1.0), KEPT_TOLERANCE);

@@ -22,7 +22,7 @@ fn rasterized_area(box: Box) -> f32 {
 
 // No ray enters the box at a smaller parameter. Rounding of the distance is far below the padding.
 fn nearest_entry(box: Box) -> f32 {
-    return max(nearest_along(frame.forward, box) - frame.padding_world, frame.near);
+    return max(nearest_along(frame.forward, box) - rounding(box), frame.near);
 }
 
 // The padded box as one strip of 14 vertices; each mask holds one coordinate of the corners. Front faces wind
@@ -31,7 +31,7 @@ fn raster_box(box: Box, vertex: u32, subject: u32) -> BoxVertex {
     let outer = rasterized(box);
     let bit = 1u << vertex;
     let corner = select(outer.min, outer.max, vec3<bool>((0x287au & bit) != 0u, (0x02afu & bit) != 0u, (0x31e3u & bit) != 0u));
-    let clip = frame.clip_from_world * vec4f(corner, 1.0);
+    let clip = frame.clip_from_relative * vec4f(corner, 1.0);
     let nearest = nearest_entry(box);
     // No box touches the near plane, so w > 0, and the division is made here: with w = 1 all vertices have
     // the same depth in every bit, and nothing is left to interpolate. The margin is for what

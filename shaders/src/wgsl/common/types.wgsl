@@ -1,13 +1,13 @@
 // The structs that Rust and WGSL share. The baked file holds the first three byte for byte; a test
 // compares all of them with their Rust twins by reflection.
 
-// NO_OBJECT: the object of an interior node, and the background of the item buffer.
+// NO_OBJECT: the background of the item buffer.
 const NO_OBJECT: u32 = 0xffffffffu;
 
 // hroc_format::object_flags::MASKED: an alpha test cuts holes into the object.
 const OBJECT_MASKED: u32 = 1u;
 
-// hroc_format::Object. Rows of the 3x4 matrix that takes object space to world.
+// hroc_format::Object. Rows of the 3x4 matrix that takes object space to the space of the object's cell.
 struct Object {
     world_from_object_x: vec4f,
     world_from_object_y: vec4f,
@@ -15,7 +15,7 @@ struct Object {
     mesh: u32,
     base_color: u32,
     flags: u32,
-    reserved: u32,
+    cell: u32,
 }
 
 // hroc_format::Mesh.
@@ -30,10 +30,12 @@ struct Mesh {
     reserved_1: u32,
 }
 
-// hroc_format::Bounds of one object, world.
-struct Bounds {
-    min: array<f32, 3>,
-    max: array<f32, 3>,
+// hroc_format::ObjectBounds, in the space of the cell.
+struct ObjectBounds {
+    min: vec3f,
+    cell: u32,
+    max: vec3f,
+    reserved: u32,
 }
 
 // hroc_format::BvhNode, in depth-first order: the subtree of node i is i .. skip.
@@ -41,7 +43,23 @@ struct BvhNode {
     min: vec3f,
     skip: u32,
     max: vec3f,
-    object: u32,
+    cell_and_object: u32,
+}
+
+// hroc_format::BvhNode::INTERIOR: the lower 24 bits of an interior node's cell_and_object.
+const INTERIOR_NODE: u32 = 0x00ffffffu;
+
+fn node_cell(node: BvhNode) -> u32 {
+    return node.cell_and_object >> 24u;
+}
+
+fn is_leaf(node: BvhNode) -> bool {
+    return (node.cell_and_object & INTERIOR_NODE) != INTERIOR_NODE;
+}
+
+// The object of a leaf.
+fn node_object(node: BvhNode) -> u32 {
+    return node.cell_and_object & INTERIOR_NODE;
 }
 
 // The arguments of one indexed indirect draw.
