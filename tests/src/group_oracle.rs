@@ -6,7 +6,7 @@
 use std::ops::Not;
 
 use glam::{DVec3, DVec4};
-use hroc_format::Bounds;
+use hroc_format::ObjectBounds;
 use hroc_runtime::FrameUniform;
 use hroc_runtime::twin::bounds::LARGEST_NDC;
 
@@ -96,16 +96,23 @@ fn distance(plane: DVec4, b: Rough, farthest: bool) -> Range {
     Range::new(terms.element_sum() + plane.w, error)
 }
 
-fn grown(frame: &FrameUniform, b: Rough, everywhere: f32, per_depth: f32) -> Rough {
-    let [everywhere, per_depth] = [everywhere, per_depth].map(f64::from);
+/// The largest sum of absolute coordinates of a corner.
+fn reach(b: Rough) -> f64 {
+    b.lo.abs().max(b.hi.abs()).element_sum()
+}
+
+/// `padding`: everywhere, per reach, per depth.
+fn grown(frame: &FrameUniform, b: Rough, padding: [f32; 3]) -> Rough {
+    let [everywhere, per_reach, per_depth] = padding.map(f64::from);
     let farthest = distance(plane(frame.forward), b, true);
     let depth = (0.5 * (farthest.lo + farthest.hi)).max(0.0);
-    let padding = everywhere + per_depth * depth;
+    let padding = everywhere + per_reach * reach(b) + per_depth * depth;
     let corner = b.lo.abs().max(b.hi.abs()).max_element();
     Rough {
         lo: b.lo - padding,
         hi: b.hi + padding,
         error: b.error
+            + per_reach * 3.0 * b.error
             + per_depth * 0.5 * (farthest.hi - farthest.lo)
             + STEPS * U * (padding + corner),
     }
@@ -113,7 +120,7 @@ fn grown(frame: &FrameUniform, b: Rough, everywhere: f32, per_depth: f32) -> Rou
 
 /// Pixels of the screen rectangle and distance of its farthest corner, of a box in front of the near plane.
 fn footprint(frame: &FrameUniform, b: Rough) -> [Range; 2] {
-    let columns = frame.clip_from_world.map(plane);
+    let columns = frame.clip_from_relative.map(plane);
     let mut lo = [[f64::INFINITY; 2]; 2];
     let mut hi = [[f64::NEG_INFINITY; 2]; 2];
     for corner in 0..8 {
@@ -184,20 +191,27 @@ fn footprint(frame: &FrameUniform, b: Rough) -> [Range; 2] {
 }
 
 /// What the stage asks of these bounds, with that threshold of adaptive grouping.
-pub fn ask(frame: &FrameUniform, bounds: &Bounds, largest_group_px: f32) -> Asked {
-    let corner = |corner: [f32; 3]| DVec3::from_array(corner.map(f64::from));
+pub fn ask(frame: &FrameUniform, bounds: &ObjectBounds, largest_group_px: f32) -> Asked {
+    let zero = plane(frame.cells[bounds.cell as usize]).truncate();
+    let corner = |corner: [f32; 3]| DVec3::from_array(corner.map(f64::from)) + zero;
+    let (lo, hi) = (corner(bounds.min), corner(bounds.max));
     let bare = Rough {
-        lo: corner(bounds.min),
-        hi: corner(bounds.max),
-        error: 0.0,
+        lo,
+        hi,
+        error: U * lo.abs().max(hi.abs()).max_element(),
     };
-    let padded = grown(frame, bare, frame.padding_world, frame.padding_per_depth);
-    let outer = grown(
-        frame,
-        padded,
-        frame.box_padding_world,
+    let padding = [
+        frame.padding_everywhere,
+        frame.padding_per_reach,
+        frame.padding_per_depth,
+    ];
+    let padded = grown(frame, bare, padding);
+    let box_padding = [
+        frame.box_padding_everywhere,
+        frame.box_padding_per_reach,
         frame.box_padding_per_depth,
-    );
+    ];
+    let outer = grown(frame, padded, box_padding);
     let planes = frame.planes.map(plane);
     let inside = planes
         .iter()
@@ -209,7 +223,17 @@ pub fn ask(frame: &FrameUniform, bounds: &Bounds, largest_group_px: f32) -> Aske
     });
     let near = distance(planes[4], outer, false);
     // The shader's comparison is <=; equality is within the error.
-    let touches_near = not(near.at_least(f64::from(frame.padding_world)));
+    let margin =
+        f64::from(frame.padding_everywhere) + f64::from(frame.padding_per_reach) * reach(outer);
+    let margin_error = f64::from(frame.padding_per_reach) * 3.0 * outer.error + STEPS * U * margin;
+    let clear = and(
+        near.at_least(margin - margin_error),
+        near.at_least(margin + margin_error),
+    );
+    let touches_near = not(match near.at_least(margin - margin_error) == clear {
+        true => clear,
+        false => None,
+    });
     let (rasterizable, larger) = if touches_near == Some(true) {
         (Some(false), None)
     } else {

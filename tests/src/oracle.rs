@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use glam::{DMat4, DVec2, DVec3, DVec4};
-use hroc_format::{ArchivedBounds, ArchivedScene};
+use hroc_format::{ArchivedObjectBounds, ArchivedScene};
 use hroc_runtime::twin::bounds::LARGEST_NDC;
 use hroc_runtime::{DepthConvention, FrameUniform};
 
@@ -25,10 +25,9 @@ struct Lens {
     direction: [DVec3; 3],
     planes: [DVec4; 6],
     forward: DVec4,
-    padding_world: f64,
-    padding_per_depth: f64,
-    box_padding_world: f64,
-    box_padding_per_depth: f64,
+    /// Everywhere, per reach, per depth.
+    padding: [f64; 3],
+    box_padding: [f64; 3],
 }
 
 impl Lens {
@@ -48,23 +47,42 @@ impl Lens {
             ],
             planes: frame.planes.map(w),
             forward: w(frame.forward),
-            padding_world: f64::from(frame.padding_world),
-            padding_per_depth: f64::from(frame.padding_per_depth),
-            box_padding_world: f64::from(frame.box_padding_world),
-            box_padding_per_depth: f64::from(frame.box_padding_per_depth),
+            padding: [
+                frame.padding_everywhere,
+                frame.padding_per_reach,
+                frame.padding_per_depth,
+            ]
+            .map(f64::from),
+            box_padding: [
+                frame.box_padding_everywhere,
+                frame.box_padding_per_reach,
+                frame.box_padding_per_depth,
+            ]
+            .map(f64::from),
         }
     }
 
-    fn padded(&self, [lo, hi]: [DVec3; 2], share: f64) -> [DVec3; 2] {
+    fn padded(&self, b: [DVec3; 2], share: f64) -> [DVec3; 2] {
+        self.grown(b, self.padding.map(|part| share * part))
+    }
+
+    fn rasterized(&self, b: [DVec3; 2]) -> [DVec3; 2] {
+        self.grown(b, self.box_padding.map(|part| 1.01 * part))
+    }
+
+    fn grown(
+        &self,
+        [lo, hi]: [DVec3; 2],
+        [everywhere, per_reach, per_depth]: [f64; 3],
+    ) -> [DVec3; 2] {
         let farthest = extreme(self.forward, [lo, hi], true).max(0.0);
-        let padding = share * (self.padding_world + self.padding_per_depth * farthest);
+        let padding = everywhere + per_reach * reach([lo, hi]) + per_depth * farthest;
         [lo - padding, hi + padding]
     }
 
-    fn rasterized(&self, [lo, hi]: [DVec3; 2]) -> [DVec3; 2] {
-        let farthest = extreme(self.forward, [lo, hi], true).max(0.0);
-        let padding = 1.01 * (self.box_padding_world + self.box_padding_per_depth * farthest);
-        [lo - padding, hi + padding]
+    /// The distance at which a box is taken to touch the near plane.
+    fn rounding(&self, b: [DVec3; 2]) -> f64 {
+        self.padding[0] + self.padding[1] * reach(b)
     }
 
     /// Ray parameter of the entry into a box at a pixel position, if it is met in front of the near plane.
@@ -103,9 +121,17 @@ fn extreme(plane: DVec4, [lo, hi]: [DVec3; 2], farthest: bool) -> f64 {
         + plane.w
 }
 
-fn corners(bounds: &ArchivedBounds) -> [DVec3; 2] {
-    [bounds.min, bounds.max]
-        .map(|corner| DVec3::from_array(corner.map(|x| f64::from(x.to_native()))))
+/// The largest sum of absolute coordinates of a corner.
+fn reach([lo, hi]: [DVec3; 2]) -> f64 {
+    lo.abs().max(hi.abs()).element_sum()
+}
+
+/// The corners of an object's bounds, eye-relative.
+fn corners(frame: &FrameUniform, bounds: &ArchivedObjectBounds) -> [DVec3; 2] {
+    let [x, y, z, _] = frame.cells[bounds.cell.to_native() as usize].map(f64::from);
+    [bounds.min, bounds.max].map(|corner| {
+        DVec3::from_array(corner.map(|x| f64::from(x.to_native()))) + DVec3::new(x, y, z)
+    })
 }
 
 /// Where the bounds of one object stand at one pixel position whose map depth is `there`, within this share of the
@@ -179,7 +205,7 @@ pub fn standings(
         .object_bounds
         .iter()
         .map(|bounds| {
-            let bare = corners(bounds);
+            let bare = corners(frame, bounds);
             let loose = lens.padded(bare, 1.01);
             if lens
                 .planes
@@ -190,7 +216,7 @@ pub fn standings(
             }
             let outer = lens.rasterized(loose);
             // Within rounding of the padding that the shader compares with.
-            if extreme(lens.planes[4], outer, false) <= 1.01 * lens.padding_world
+            if extreme(lens.planes[4], outer, false) <= 1.01 * lens.rounding(outer)
                 || farthest_ndc(frame, outer) > 0.99 * f64::from(LARGEST_NDC)
             {
                 return Standing::Between;
@@ -216,7 +242,7 @@ pub fn standings(
 
 /// The eight corners in clip space.
 fn clip_corners(frame: &FrameUniform, [lo, hi]: [DVec3; 2]) -> [DVec4; 8] {
-    let matrix = DMat4::from_cols_array_2d(&frame.clip_from_world.map(|c| c.map(f64::from)));
+    let matrix = DMat4::from_cols_array_2d(&frame.clip_from_relative.map(|c| c.map(f64::from)));
     std::array::from_fn(|corner| {
         let pick = |axis| {
             if corner >> axis & 1 == 1 {

@@ -1,7 +1,7 @@
 //! Random and adversarial cameras, boxes and trees, for tests of single stages.
 
 use glam::DVec3;
-use hroc_format::{ArchivedBvhNode, Bounds, BvhNode};
+use hroc_format::{ArchivedBvhNode, ArchivedObjectBounds, Bounds, BvhNode, ObjectBounds};
 use hroc_runtime::{Camera, Projection, SceneShape};
 use hroc_study::hard_cases::builder::Rng;
 
@@ -123,11 +123,32 @@ pub fn shape(boxes: &[Bounds], moving: u32) -> SceneShape {
         .fold(DVec3::ZERO, DVec3::max);
     SceneShape {
         origin: DVec3::ZERO,
+        cells: [DVec3::ZERO].into(),
         radius: far.length(),
         reach: far.element_sum(),
         object_count: boxes.len() as u32 + moving,
         static_count: boxes.len() as u32,
         subpixel_step_px: 1.0 / 256.0,
+    }
+}
+
+/// Bounds of objects in the first cell.
+pub fn placed(bounds: &Bounds) -> ObjectBounds {
+    ObjectBounds {
+        min: bounds.min,
+        cell: 0,
+        max: bounds.max,
+        reserved: 0,
+    }
+}
+
+/// Bounds as they are stored.
+pub fn stored_bounds(bounds: &ObjectBounds) -> ArchivedObjectBounds {
+    ArchivedObjectBounds {
+        min: bounds.min.map(Into::into),
+        cell: bounds.cell.into(),
+        max: bounds.max.map(Into::into),
+        reserved: bounds.reserved.into(),
     }
 }
 
@@ -139,7 +160,7 @@ pub fn stored(nodes: &[BvhNode]) -> Vec<ArchivedBvhNode> {
             min: node.min.map(Into::into),
             skip: node.skip.into(),
             max: node.max.map(Into::into),
-            object: node.object.into(),
+            cell_and_object: node.cell_and_object.into(),
         })
         .collect()
 }

@@ -183,7 +183,7 @@ fn nearest_depth(
     depth: DepthConvention,
     size: [u32; 2],
     pixel: [u32; 2],
-    bounds: &hroc_format::Bounds,
+    bounds: &hroc_format::ObjectBounds,
 ) -> f64 {
     let clip = camera
         .clip_from_world(depth, size, shape.origin, shape.radius)
@@ -209,7 +209,8 @@ fn nearest_depth(
             -1.0
         };
     let eye = camera.position - shape.origin;
-    let corner = |corner: [f64; 3]| DVec3::from_array(corner);
+    let zero = shape.cells[bounds.cell as usize] - shape.origin;
+    let corner = |corner: [f64; 3]| DVec3::from_array(corner) + zero;
     let lo = corner(bounds.min.map(f64::from));
     let hi = corner(bounds.max.map(f64::from));
     let reach = (lo - eye).abs().max((hi - eye).abs()).length();

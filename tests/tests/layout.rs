@@ -2,7 +2,9 @@
 
 use std::mem::offset_of;
 
-use hroc_format::{ArchivedBvhNode, ArchivedMesh, ArchivedObject, NO_OBJECT};
+use hroc_format::{
+    ArchivedBvhNode, ArchivedMesh, ArchivedObject, ArchivedObjectBounds, BvhNode, NO_OBJECT,
+};
 use hroc_runtime::FrameUniform;
 use hroc_runtime::twin::bounds;
 
@@ -40,12 +42,14 @@ macro_rules! check {
 #[test]
 fn shared_structs_have_one_layout() {
     let bounds = module("extract_groups");
-    check!(bounds."BvhNode" == ArchivedBvhNode { min, skip, max, object });
+    check!(bounds."BvhNode" == ArchivedBvhNode { min, skip, max, cell_and_object });
+    check!(bounds."ObjectBounds" == ArchivedObjectBounds { min, cell, max, reserved });
     check!(bounds."Frame" == FrameUniform {
-        clip_from_world, planes, forward, ray_origin, padding_world, ray_origin_dx, padding_per_depth, ray_origin_dy,
+        clip_from_relative, planes, forward, ray_origin, padding_everywhere, ray_origin_dx, padding_per_depth, ray_origin_dy,
         near, ray_direction, object_count, ray_direction_dx, node_count, ray_direction_dy, depth_tolerance,
         depth_along_ray, depth_tolerance_over_w, depth_tolerance_relative, size,
-        box_padding_world, box_padding_per_depth, static_count, reserved,
+        box_padding_everywhere, box_padding_per_depth, static_count, reserved,
+        eye_high, padding_per_reach, eye_low, box_padding_per_reach, cells,
     });
     let pack = module("pack");
     check!(pack."DrawCommand" == wgpu::util::DrawIndexedIndirectArgs { index_count, instance_count, first_index, base_vertex, first_instance });
@@ -60,7 +64,7 @@ fn shared_structs_have_one_layout() {
         ("mesh", offset_of!(ArchivedObject, mesh)),
         ("base_color", offset_of!(ArchivedObject, base_color)),
         ("flags", offset_of!(ArchivedObject, flags)),
-        ("reserved", offset_of!(ArchivedObject, reserved)),
+        ("cell", offset_of!(ArchivedObject, cell)),
     ];
     assert_eq!(
         object,
@@ -101,6 +105,7 @@ fn shared_constants_agree() {
         }
     };
     assert_eq!(constant("NO_OBJECT"), f64::from(NO_OBJECT));
+    assert_eq!(constant("INTERIOR_NODE"), f64::from(BvhNode::INTERIOR));
     for (name, twin) in [
         ("SLAB_WIDENING", bounds::SLAB_WIDENING),
         ("KEPT_PADDING", bounds::KEPT_PADDING),

@@ -229,7 +229,7 @@ fn boxes_cover_what_rays_meet() {
 fn rasterized_boxes_lie_before_the_eye() {
     let least_w = |situation: &Situation, dice: &mut Dice<'_>, shares: &Shares| {
         let [_, least_w] = situation.covers_by(dice, DVec2::ZERO, shares)?;
-        Some(least_w / situation.lens.near_margin())
+        Some(least_w / situation.near_margin(dice))
     };
     attack(
         "boxes before the eye",

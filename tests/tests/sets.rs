@@ -204,7 +204,7 @@ fn places_without_objects_are_in_no_group() {
     for case in CASES {
         let scene = (case.make)(Scale::Small);
         let world = World::of_case(gpu, &scene);
-        let shape = world.scene.shape;
+        let shape = world.scene.shape.clone();
         for (bounds, place) in world.moving_bounds(gpu).iter().zip(0..) {
             let inside_out = (0..3).all(|axis| bounds.min[axis] > bounds.max[axis]);
             assert!(inside_out, "{} place {place}: {bounds:?}", case.name);

@@ -4,8 +4,9 @@
 //! apart. The boxes crowd where the pixel's ray touches corners, edges and faces, within a few paddings; the map's
 //! depth crowds where the ray enters them, within a few ulps.
 
+use bytemuck::Zeroable;
 use glam::{DVec2, DVec3, Vec2};
-use hroc_format::{ArchivedBvhNode, Bounds, BvhNode, NO_OBJECT};
+use hroc_format::{ArchivedBvhNode, ArchivedObjectBounds, Bounds, BvhNode, ObjectBounds};
 use hroc_preprocess::tree;
 use hroc_runtime::twin::batch_occlusion_test::Tested;
 use hroc_runtime::twin::{contains, insert};
@@ -46,18 +47,19 @@ struct Forest {
     parents: Vec<u32>,
     /// The root of each pixel's tree, and where the last one ends.
     roots: Vec<u32>,
-    moving: Vec<Bounds>,
+    moving: Vec<ObjectBounds>,
     frame: FrameUniform,
     depth: DepthConvention,
 }
 
-/// A box at the ray of `position`.
+/// A box at the ray of `position`, in the space of a cell whose zero is at `zero`, eye-relative.
 fn box_at_ray(
     rng: &mut Rng,
     rays: &RayOracle<'_>,
     position: DVec2,
     reach: f64,
     padding: f64,
+    zero: DVec3,
 ) -> Bounds {
     let t = rng.magnitude(1e-3, 2.0 * reach);
     let on_ray = rays.point(position, t);
@@ -84,7 +86,13 @@ fn box_at_ray(
         4 => center += rng.point(reach),
         _ => {}
     }
-    random_trees::bounds(center, half)
+    random_trees::bounds(center - zero, half)
+}
+
+/// From the zero of eye-relative positions to that of the first cell.
+fn zero(frame: &FrameUniform) -> DVec3 {
+    let [x, y, z, _] = frame.cells[0].map(f64::from);
+    DVec3::new(x, y, z)
 }
 
 impl Forest {
@@ -97,7 +105,8 @@ impl Forest {
         shape.radius = 2.0 * reach;
         let rough = FrameUniform::new(camera, depth, size, &shape).unwrap();
         let rays = RayOracle::new(&rough, depth, 1.0);
-        let padding = f64::from(rough.padding_per_depth.max(rough.padding_world));
+        let padding = f64::from(rough.padding_per_depth.max(rough.padding_per_reach));
+        let zero = zero(&rough);
         let builders = tree::builders().collect::<Vec<_>>();
         let mut forest = Self {
             nodes: Vec::new(),
@@ -112,11 +121,13 @@ impl Forest {
             let mut made = |count: u64| {
                 let position = center(pixel, size);
                 (0..count)
-                    .map(|_| box_at_ray(rng, &rays, position, reach, padding))
+                    .map(|_| box_at_ray(rng, &rays, position, reach, padding, zero))
                     .collect::<Vec<_>>()
             };
             if pixel % 8 == 7 {
-                forest.moving.extend(made(1));
+                forest
+                    .moving
+                    .extend(made(1).iter().map(random_trees::placed));
             }
             let leaves = made([1, 2, 5, 9, 3, 14, 7, u64::from(LEAVES)][pixel as usize % 8]);
             let builder = builders[pixel as usize % builders.len()];
@@ -125,11 +136,10 @@ impl Forest {
             let base = forest.nodes.len() as u32;
             let nodes = bvh.nodes.iter().map(|node| BvhNode {
                 skip: base + node.skip,
-                object: if node.object == NO_OBJECT {
-                    NO_OBJECT
-                } else {
-                    pixel * LEAVES + node.object
-                },
+                cell_and_object: BvhNode::pack(
+                    0,
+                    node.object().map(|object| pixel * LEAVES + object),
+                ),
                 ..*node
             });
             let nodes = nodes.collect::<Vec<_>>();
@@ -137,7 +147,10 @@ impl Forest {
             forest.parents.extend(bvh.parents.iter().map(|n| base + n));
             forest.roots.push(forest.nodes.len() as u32);
         }
-        all.extend(&forest.moving);
+        all.extend(forest.moving.iter().map(|b| Bounds {
+            min: b.min,
+            max: b.max,
+        }));
         let mut shape = random_trees::shape(&all, 0);
         shape.static_count = static_count;
         shape.object_count = static_count + MOVING;
@@ -147,9 +160,10 @@ impl Forest {
         forest
     }
 
-    /// The bare bounds of a group.
+    /// The bare bounds of a group, eye-relative.
     fn bare(&self, group: u32) -> [DVec3; 2] {
-        let corner = |corner: [f32; 3]| DVec3::from_array(corner.map(f64::from));
+        let zero = zero(&self.frame);
+        let corner = |corner: [f32; 3]| DVec3::from_array(corner.map(f64::from)) + zero;
         match self.nodes.get(group as usize) {
             Some(node) => {
                 let node = node.to_native();
@@ -169,8 +183,7 @@ impl Forest {
             return vec![(object, self.bare(group))];
         }
         (group..self.nodes[group as usize].skip.to_native())
-            .map(|n| (self.nodes[n as usize].object.to_native(), self.bare(n)))
-            .filter(|(object, _)| *object != NO_OBJECT)
+            .filter_map(|n| Some((self.nodes[n as usize].object()?, self.bare(n))))
             .collect()
     }
 
@@ -297,8 +310,8 @@ fn check(
     let words = frame.object_count.div_ceil(32) as usize;
     let v = (0..words).map(|_| (rng.bits() & rng.bits() & rng.bits()) as u32);
     let v = v.collect::<Vec<_>>();
-    let mut bounds = vec![[[0.0f32; 3]; 2]; frame.static_count as usize];
-    bounds.extend(forest.moving.iter().map(|b| [b.min, b.max]));
+    let mut bounds = vec![ArchivedObjectBounds::zeroed(); frame.static_count as usize];
+    bounds.extend(forest.moving.iter().map(random_trees::stored_bounds));
     let uniform = uniform(gpu, frame);
     let inputs = [
         (1, storage(gpu, &forest.nodes)),

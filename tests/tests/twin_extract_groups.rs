@@ -1,8 +1,9 @@
 //! The shader of extract_groups against its twin and an f64 oracle, on random trees, cameras and sets.
 
-use hroc_format::{Bounds, Bvh, NO_OBJECT};
+use bytemuck::Zeroable;
+use hroc_format::{ArchivedObjectBounds, Bvh, NO_OBJECT, ObjectBounds};
 use hroc_preprocess::tree;
-use hroc_runtime::twin::bounds::{footprint, padded, rasterized};
+use hroc_runtime::twin::bounds::{footprint, padded, rasterized, relative};
 use hroc_runtime::twin::extract_groups::{Groups, TreeView, extract_groups};
 use hroc_runtime::twin::{contains, insert};
 use hroc_runtime::{DepthConvention, FrameUniform, readback};
@@ -19,7 +20,7 @@ const SIZES: [[u32; 2]; 5] = [[640, 360], [64, 48], [1, 1], [4096, 16], [1920, 1
 struct Trial<'a> {
     bvh: &'a Bvh,
     frame: FrameUniform,
-    moving: Vec<Bounds>,
+    moving: Vec<ObjectBounds>,
     v: Vec<u32>,
     o: Vec<u32>,
     largest_group_px: f32,
@@ -92,7 +93,7 @@ fn threshold(rng: &mut Rng, frame: &FrameUniform, bvh: &Bvh) -> f32 {
         1 => 16.0,
         2 => {
             let node = &bvh.nodes[(rng.bits() % bvh.nodes.len() as u64) as usize];
-            let outer = rasterized(frame, padded(frame, node.min, node.max));
+            let outer = rasterized(frame, padded(frame, relative(frame, 0, node.min, node.max)));
             let below = [0.0, rng.magnitude(1e-6, 1e-2) as f32][(rng.bits() % 2) as usize];
             footprint(frame, outer).area_px.max(0.0) * (1.0 - below)
         }
@@ -119,8 +120,9 @@ impl Shader {
     /// What the stage finds; the groups as they come.
     fn run(&self, gpu: &Gpu, trial: &Trial<'_>) -> Groups {
         let (bvh, nodes) = (trial.bvh, trial.bvh.nodes.len());
-        let mut bounds = vec![[[0.0f32; 3]; 2]; trial.frame.static_count as usize];
-        bounds.extend(trial.moving.iter().map(|bounds| [bounds.min, bounds.max]));
+        let static_count = trial.frame.static_count as usize;
+        let mut bounds = vec![ArchivedObjectBounds::zeroed(); static_count];
+        bounds.extend(trial.moving.iter().map(random_trees::stored_bounds));
         let frame = uniform(gpu, &trial.frame);
         let node_buffer = storage(gpu, &random_trees::stored(&bvh.nodes));
         let parents = storage(gpu, &bvh.parents);
@@ -194,7 +196,8 @@ fn extract_groups_agrees_with_its_twin_and_covers_every_leaf() {
         let bvh = builder.build(&boxes).unwrap();
         for (i, &(camera, _, size)) in cameras.iter().enumerate() {
             let slots = [0, 5, 70][(seed as usize + i) % 3];
-            let mut moving = random_trees::boxes(&mut rng, &views, reach, slots, false);
+            let moving = random_trees::boxes(&mut rng, &views, reach, slots, false);
+            let mut moving = moving.iter().map(random_trees::placed).collect::<Vec<_>>();
             for (i, bounds) in moving.iter_mut().enumerate().step_by(4) {
                 // Empty slots: as they are made, and a box that is inside out by an ulp, which padding turns back.
                 if i % 8 == 0 {
@@ -257,7 +260,9 @@ fn check(trial: &Trial<'_>, shader: &Groups, at: &str, counts: &mut Counts) {
     // Visible: an effective occluder stands in the range of the subtree. No rounding.
     let mut drawn_before = vec![0u32];
     for node in &bvh.nodes {
-        let drawn = node.object != NO_OBJECT && contains(&trial.o, node.object);
+        let drawn = node
+            .object()
+            .is_some_and(|object| contains(&trial.o, object));
         drawn_before.push(drawn_before[drawn_before.len() - 1] + u32::from(drawn));
     }
     let visible =
@@ -268,8 +273,13 @@ fn check(trial: &Trial<'_>, shader: &Groups, at: &str, counts: &mut Counts) {
     assert_eq!(shader.visible_nodes, twin.visible_nodes, "{at}");
 
     let asked = bvh.nodes.iter().map(|node| {
-        let (min, max) = (node.min, node.max);
-        ask(frame, &Bounds { min, max }, px)
+        let bounds = ObjectBounds {
+            min: node.min,
+            cell: node.cell(),
+            max: node.max,
+            reserved: 0,
+        };
+        ask(frame, &bounds, px)
     });
     let asked = asked.collect::<Vec<_>>();
     let moving = trial.moving.iter().map(|bounds| ask(frame, bounds, px));
@@ -316,22 +326,13 @@ fn check(trial: &Trial<'_>, shader: &Groups, at: &str, counts: &mut Counts) {
             asked[parent as usize].refine,
         );
         let reached = and(and(Some(!visible(n)), topmost), in_frustum);
-        if node.object == NO_OBJECT {
-            compare(
-                n as usize,
-                NO_OBJECT,
-                and(reached, not(refine)),
-                Some(false),
-            );
-        } else {
-            let drawn = Some(contains(&trial.v, node.object));
+        if let Some(object) = node.object() {
+            let drawn = Some(contains(&trial.v, object));
             let untested = and(and(reached, not(rasterizable)), not(drawn));
-            compare(
-                n as usize,
-                node.object,
-                and(reached, rasterizable),
-                untested,
-            );
+            compare(n as usize, object, and(reached, rasterizable), untested);
+        } else {
+            let group = and(reached, not(refine));
+            compare(n as usize, NO_OBJECT, group, Some(false));
         }
     }
     for (slot, asked) in moving.iter().enumerate() {

@@ -19,11 +19,11 @@ struct Found { min: vec3f, entry: f32, max: vec3f, bits: u32 }
 fn probe(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= arrayLength(&cases)) { return; }
     let c = cases[id.x];
-    let box = padded(c.min, c.max);
+    let box = padded(Box(c.min, c.max));
     let t = entry(pixel_ray(vec2f(c.x, c.y)), box, frame.near);
     let shows = t >= 0.0 && may_show(t, c.depth);
     let bits = select(0u, 1u, in_frustum(box)) | select(0u, 2u, touches_near(box)) | select(0u, 4u, shows)
-        | select(0u, 8u, is_kept(c.min, c.max, vec4f(c.x, c.y, c.depth, 1.0)));
+        | select(0u, 8u, is_kept(Box(c.min, c.max), vec4f(c.x, c.y, c.depth, 1.0)));
     found[id.x] = Found(box.min, t, box.max, bits);
 }";
 
@@ -111,6 +111,7 @@ fn bounds_agree_with_their_twin_and_never_miss() {
     let wgsl = hroc_shaders::resolve(PROBE).unwrap();
     let shape = SceneShape {
         origin: DVec3::ZERO,
+        cells: [DVec3::ZERO].into(),
         radius: 40.0,
         reach: 70.0,
         object_count: 1,
@@ -145,7 +146,11 @@ fn bounds_agree_with_their_twin_and_never_miss() {
             let found: Vec<Found> =
                 bytemuck::pod_collect_to_vec(&readback::buffer(&gpu.device, &gpu.queue, &output));
             for (case, found) in cases.iter().zip(&found) {
-                let b = bounds::padded(&frame, case.min, case.max);
+                let bare = bounds::Box3 {
+                    min: case.min.into(),
+                    max: case.max.into(),
+                };
+                let b = bounds::padded(&frame, bare);
                 let t = bounds::entry(
                     bounds::pixel_ray(&frame, Vec2::new(case.x, case.y)),
                     b,
@@ -157,8 +162,7 @@ fn bounds_agree_with_their_twin_and_never_miss() {
                     | u32::from(bounds::is_kept(
                         &frame,
                         reversed,
-                        case.min,
-                        case.max,
+                        bare,
                         Vec2::new(case.x, case.y),
                         case.depth,
                     )) << 3;

@@ -1,7 +1,7 @@
 //! The functions of common/bounds.wgsl and object.wgsl, the box of batch_occlusion_test.wgsl and the fixed
 //! functions behind them, in the attacker's arithmetic.
 
-use glam::{DVec2, DVec3, DVec4, Vec4Swizzles};
+use glam::{DMat4, DVec2, DVec3, DVec4, Vec4Swizzles};
 use hroc_runtime::FrameUniform;
 use hroc_runtime::twin::bounds::{KEPT_PADDING, KEPT_TOLERANCE, LARGEST_NDC, SLAB_WIDENING};
 
@@ -10,11 +10,11 @@ use super::arithmetic::Dice;
 /// Shares of what a frame's uniform grants; 1 for what the shaders use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shares {
-    /// Of `padding_world`.
+    /// Of `padding_everywhere` and `padding_per_reach`.
     pub world: f64,
     /// Of `padding_per_depth`.
     pub per_depth: f64,
-    /// Of `box_padding_world`.
+    /// Of `box_padding_everywhere` and `box_padding_per_reach`.
     pub box_world: f64,
     /// Of `box_padding_per_depth`.
     pub box_per_depth: f64,
@@ -74,14 +74,17 @@ pub struct Lens {
     along: DVec4,
     size: DVec2,
     near: f64,
-    paddings: [f64; 4],
+    /// From the zero of eye-relative positions to that of the cell.
+    zero: DVec3,
+    /// Everywhere, per reach, per depth: of what rays are tested against and of what is rasterized.
+    paddings: [[f64; 3]; 2],
     tolerances: [f64; 3],
     reversed: bool,
     /// The rasterizer's, pixels.
     pub step_px: f64,
 }
 
-/// Lower and upper corner, world.
+/// Lower and upper corner.
 pub type Box3 = [DVec3; 2];
 
 /// A vertex behind the fixed functions.
@@ -98,7 +101,7 @@ impl Lens {
     pub fn new(frame: &FrameUniform, reversed: bool, step_px: f64) -> Self {
         let v = |x: [f32; 3]| DVec3::from_array(x.map(f64::from));
         let w = |x: [f32; 4]| DVec4::from_array(x.map(f64::from));
-        let columns = frame.clip_from_world.map(w);
+        let columns = frame.clip_from_relative.map(w);
         Self {
             rows: [0, 1, 2, 3].map(|row| DVec4::from_array(columns.map(|column| column[row]))),
             planes: frame.planes.map(w),
@@ -116,13 +119,20 @@ impl Lens {
             along: w(frame.depth_along_ray),
             size: DVec2::from_array(frame.size.map(f64::from)),
             near: frame.near.into(),
+            zero: w(frame.cells[0]).xyz(),
             paddings: [
-                frame.padding_world,
-                frame.padding_per_depth,
-                frame.box_padding_world,
-                frame.box_padding_per_depth,
+                [
+                    frame.padding_everywhere,
+                    frame.padding_per_reach,
+                    frame.padding_per_depth,
+                ],
+                [
+                    frame.box_padding_everywhere,
+                    frame.box_padding_per_reach,
+                    frame.box_padding_per_depth,
+                ],
             ]
-            .map(f64::from),
+            .map(|padding| padding.map(f64::from)),
             tolerances: [
                 frame.depth_tolerance,
                 frame.depth_tolerance_over_w,
@@ -144,40 +154,78 @@ impl Lens {
         dice.add(sum, plane.w)
     }
 
-    fn grown(&self, dice: &mut Dice<'_>, b: Box3, everywhere: f64, per_depth: f64) -> Box3 {
+    /// `reach`.
+    fn reach(&self, dice: &mut Dice<'_>, [lo, hi]: Box3) -> f64 {
+        let farthest = lo.abs().max(hi.abs());
+        let sum = dice.add(farthest.x, farthest.y);
+        dice.add(sum, farthest.z)
+    }
+
+    /// `relative`, of the first cell.
+    fn relative(&self, dice: &mut Dice<'_>, b: Box3) -> Box3 {
+        b.map(|corner| self.moved(dice, corner))
+    }
+
+    fn moved(&self, dice: &mut Dice<'_>, point: DVec3) -> DVec3 {
+        DVec3::from_array([0, 1, 2].map(|axis| dice.add(point[axis], self.zero[axis])))
+    }
+
+    /// `hroc_relative_position` of a vertex of an object without rotation, whose place is `place`.
+    pub fn position(&self, dice: &mut Dice<'_>, place: DVec3, local: DVec3) -> DVec3 {
+        let place = self.moved(dice, place);
+        DVec3::from_array([0, 1, 2].map(|axis| dice.add(local[axis], place[axis])))
+    }
+
+    fn grown(
+        &self,
+        dice: &mut Dice<'_>,
+        b: Box3,
+        [everywhere, per_reach, per_depth]: [f64; 3],
+    ) -> Box3 {
         let farthest = self.extreme(dice, self.forward, b, true).max(0.0);
-        let padding = dice.mul_add(per_depth, farthest, everywhere);
+        let reach = self.reach(dice, b);
+        let nearby = dice.mul_add(per_reach, reach, everywhere);
+        let padding = dice.mul_add(per_depth, farthest, nearby);
         [
             DVec3::from_array(b[0].to_array().map(|x| dice.add(x, -padding))),
             DVec3::from_array(b[1].to_array().map(|x| dice.add(x, padding))),
         ]
     }
 
-    /// `padded`.
+    /// `padded`, of bounds in the space of the first cell.
     pub fn padded(&self, dice: &mut Dice<'_>, b: Box3, shares: &Shares) -> Box3 {
-        let [world, per_depth, ..] = self.paddings;
-        self.grown(dice, b, world * shares.world, per_depth * shares.per_depth)
+        let [[everywhere, per_reach, per_depth], _] = self.paddings;
+        let padding = [
+            everywhere * shares.world,
+            per_reach * shares.world,
+            per_depth * shares.per_depth,
+        ];
+        let b = self.relative(dice, b);
+        self.grown(dice, b, padding)
     }
 
     /// `rasterized`.
     pub fn rasterized(&self, dice: &mut Dice<'_>, b: Box3, shares: &Shares) -> Box3 {
-        let [.., world, per_depth] = self.paddings;
-        self.grown(
-            dice,
-            b,
-            world * shares.box_world,
+        let [_, [everywhere, per_reach, per_depth]] = self.paddings;
+        let padding = [
+            everywhere * shares.box_world,
+            per_reach * shares.box_world,
             per_depth * shares.box_per_depth,
-        )
+        ];
+        self.grown(dice, b, padding)
     }
 
-    /// The distance at which a box is taken to touch the near plane, world.
-    pub fn near_margin(&self) -> f64 {
-        self.paddings[0]
+    /// `rounding`: the distance at which a box is taken to touch the near plane.
+    pub fn rounding(&self, dice: &mut Dice<'_>, b: Box3) -> f64 {
+        let [[everywhere, per_reach, _], _] = self.paddings;
+        let reach = self.reach(dice, b);
+        dice.mul_add(per_reach, reach, everywhere)
     }
 
     /// `touches_near`.
     fn touches_near(&self, dice: &mut Dice<'_>, b: Box3, shares: &Shares) -> bool {
-        self.extreme(dice, self.planes[4], b, false) <= shares.near * self.near_margin()
+        let margin = self.rounding(dice, b);
+        self.extreme(dice, self.planes[4], b, false) <= shares.near * margin
     }
 
     /// `in_frustum`: the smallest of the six distances.
@@ -215,7 +263,8 @@ impl Lens {
     /// The quick test of batch_occlusion_test.wgsl: the least ray parameter at which any ray enters a padded box.
     pub fn nearest(&self, dice: &mut Dice<'_>, padded: Box3) -> f64 {
         let nearest = self.extreme(dice, self.forward, padded, false);
-        dice.add(nearest, -self.paddings[0]).max(self.near)
+        let rounding = self.rounding(dice, padded);
+        dice.add(nearest, -rounding).max(self.near)
     }
 
     /// The depth at which `box_vertex` rasterizes a box that no ray enters before `nearest`, and by how much it
@@ -257,6 +306,11 @@ impl Lens {
         let sign = if self.reversed { 1.0 } else { -1.0 };
         let limit = dice.add(earliest, sign * relative);
         sign * (limit - depth)
+    }
+
+    /// Takes eye-relative positions to clip space, without rounding.
+    pub fn matrix(&self) -> DMat4 {
+        DMat4::from_cols_array_2d(&self.rows.map(|row| row.to_array())).transpose()
     }
 
     /// `hroc_clip_position`.

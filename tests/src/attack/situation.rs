@@ -80,7 +80,7 @@ pub struct Situation {
     snapped: [DVec2; 3],
     /// Which point of a silhouette a ray is aimed at.
     aimed: [f64; 4],
-    clip_from_world: glam::DMat4,
+    clip_from_relative: glam::DMat4,
     size: DVec2,
 }
 
@@ -143,6 +143,7 @@ impl Situation {
         let reach = bounds[0].abs().max(bounds[1].abs());
         let shape = SceneShape {
             origin: DVec3::ZERO,
+            cells: [DVec3::ZERO].into(),
             radius: reach.length(),
             reach: reach.element_sum(),
             object_count: 1,
@@ -155,16 +156,15 @@ impl Situation {
             DepthConvention::Standard
         };
         let frame = FrameUniform::new(&camera, depth, size, &shape).ok()?;
+        let lens = Lens::new(&frame, reversed, range.step_px);
         Some(Self {
-            lens: Lens::new(&frame, reversed, range.step_px),
+            clip_from_relative: lens.matrix(),
+            lens,
             bounds,
             triangle,
             weights,
             snapped,
             aimed,
-            clip_from_world: camera
-                .clip_from_world(depth, size, DVec3::ZERO, shape.radius)
-                .ok()?,
             size: DVec2::from_array(size.map(f64::from)),
         })
     }
@@ -173,16 +173,25 @@ impl Situation {
         p.cmpge(DVec2::splat(0.5)).all() && p.cmple(self.size - 0.5).all()
     }
 
-    /// Where a point of world falls, pixels.
+    /// Where an eye-relative point falls, pixels.
     fn project(&self, point: DVec3) -> Option<DVec2> {
-        let clip = self.clip_from_world * point.extend(1.0);
+        let clip = self.clip_from_relative * point.extend(1.0);
         let at = DVec2::new(1.0 + clip.x / clip.w, 1.0 - clip.y / clip.w) * self.size / 2.0;
         (clip.w > 0.0 && at.is_finite()).then_some(at)
     }
 
+    /// The distance at which the rasterized box of the bounds is taken to touch the near plane.
+    pub fn near_margin(&self, dice: &mut Dice<'_>) -> f64 {
+        let padded = self.lens.padded(dice, self.bounds, &Shares::ALL);
+        self.lens.rounding(dice, padded)
+    }
+
     /// A fragment of the object's triangle as some rasterizer may leave it: where, and how deep.
     pub fn fragment(&self, dice: &mut Dice<'_>) -> Option<(DVec2, f64)> {
-        let clips = self.vertices().map(|vertex| self.lens.clip(dice, vertex));
+        let clips = self.locals().map(|local| {
+            let position = self.lens.position(dice, self.bounds[0], local);
+            self.lens.clip(dice, position)
+        });
         let behind = clips.map(|clip| self.lens.beyond_near(clip) >= 0.0);
         let inside = behind.iter().position(|&behind| behind)?;
         let (mut at, mut depth, mut deepest) = (DVec2::ZERO, 0.0, 0.0f64);
@@ -206,20 +215,34 @@ impl Situation {
         self.in_image(at).then_some((at, depth))
     }
 
-    /// The triangle's vertices.
-    fn vertices(&self) -> [DVec3; 3] {
+    /// The triangle's vertices in object space, whose zero is placed at the lower corner of the bounds.
+    fn locals(&self) -> [DVec3; 3] {
         let [lo, hi] = self.bounds;
         self.triangle.map(|at| {
             // A third of the numbers stand for either face.
             let at = ((at - 0.5) * 3.0 + 0.5).clamp(DVec3::ZERO, DVec3::ONE);
-            f32s(lo + at * (hi - lo)).clamp(lo, hi)
+            let local = f32s(at * (hi - lo));
+            let down = |x: f64| f64::from((x as f32).next_down()).max(0.0);
+            DVec3::select(local.cmpgt(hi - lo), local.map(down), local)
         })
     }
 
-    /// Bounds of just the triangle.
+    /// Bounds of just the triangle, rounded outward.
     pub fn triangle_bounds(&self) -> Box3 {
-        let [a, b, c] = self.vertices();
-        [a.min(b).min(c), a.max(b).max(c)]
+        let [a, b, c] = self.locals().map(|local| self.bounds[0] + local);
+        let round = |exact: DVec3, up: bool| {
+            exact.map(|x| {
+                let rounded = x as f32;
+                let off = f64::from(rounded) - x;
+                let outward = match up {
+                    true if off < 0.0 => rounded.next_up(),
+                    false if off > 0.0 => rounded.next_down(),
+                    _ => rounded,
+                };
+                f64::from(outward)
+            })
+        };
+        [round(a.min(b).min(c), false), round(a.max(b).max(c), true)]
     }
 
     /// Whether `hroc_keeps` keeps a fragment of the triangle.
