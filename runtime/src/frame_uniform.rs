@@ -85,7 +85,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4};
 
-use crate::camera::{Camera, CameraError, DepthConvention};
+use crate::camera::{Camera, CameraError, DepthConvention, View};
 use crate::scene::SceneShape;
 
 /// Cells that shaders know: those of the bake and those of objects that a host adds.
@@ -144,7 +144,9 @@ impl FrameUniform {
         let zero = zero_near(camera.position, &shape.cells);
         // The far plane of an orthographic camera that has none goes by how far the scene reaches from the eye.
         let reach_of_scene = (camera.position - shape.origin).length() + shape.radius;
-        let view = camera.view(depth, size, zero, reach_of_scene)?;
+        let mut view = camera.view(depth, size, zero, reach_of_scene)?;
+        let clip_from_relative = view.clip_from_world();
+        blur_planes(&mut view);
         let [width, height] = size.map(f64::from);
         let right = view.right * view.half_width;
         let up = view.up * view.half_height;
@@ -213,7 +215,7 @@ impl FrameUniform {
             scene_reach + view.near
         };
         Ok(Self {
-            clip_from_relative: view.clip_from_world().as_mat4().to_cols_array_2d(),
+            clip_from_relative: clip_from_relative.as_mat4().to_cols_array_2d(),
             planes: planes(&view).map(|plane| plane.as_vec4().to_array()),
             forward: view
                 .forward
@@ -268,6 +270,40 @@ fn zero_near(eye: DVec3, cells: &[DVec3]) -> DVec3 {
     if snapped.is_finite() { snapped } else { eye }
 }
 
+/// Moves the near and far planes out by what clip depth cannot tell from them: a rasterizer that clips by it may leave
+/// fragments there ("Clipping" above). An orthographic eye moves back for that, so that ray parameters stay positive.
+fn blur_planes(view: &mut View) {
+    let [scale, offset] = [view.z_scale.abs(), view.z_offset.abs()];
+    if !view.perspective {
+        // Depth is linear: rounding of the offset is the same length everywhere.
+        let blur = 9.0 * U * offset / scale;
+        view.eye -= view.forward * blur;
+        view.z_offset -= view.z_scale * blur;
+        view.far += 2.0 * blur;
+    } else if view.far.is_finite() {
+        // A point of the image at view depth w has coordinates of no more than `spread * w` in sum.
+        let [x, y] = view.reach_across();
+        let spread = 3_f64.sqrt() * (1.0 + x * x + y * y).sqrt();
+        // By how much clip depth changes with w there, against its own end of the range.
+        let slope = match view.z_scale > 0.0 {
+            true => view.z_scale - 1.0,
+            false => scale,
+        };
+        let own = if view.z_scale > 0.0 {
+            1.0 + scale
+        } else {
+            scale
+        };
+        let relative = 9.0 * U * (own * spread + offset / view.far) / slope;
+        // Beyond half of the depth the plane tells nothing.
+        view.far = if slope > 0.0 && relative < 0.5 {
+            view.far / (1.0 - relative)
+        } else {
+            f64::INFINITY
+        };
+    }
+}
+
 /// From `zero` to each cell. What is so far that sums of coordinates could overflow is drawn in to where they cannot.
 fn cell_offsets(zero: DVec3, cells: &[DVec3]) -> [[f32; 4]; CELL_SLOTS] {
     let mut offsets = [[0.0; 4]; CELL_SLOTS];
@@ -279,7 +315,7 @@ fn cell_offsets(zero: DVec3, cells: &[DVec3]) -> [[f32; 4]; CELL_SLOTS] {
 }
 
 /// Inward unit planes in f64: left, right, bottom, top, near, far.
-fn planes(view: &crate::camera::View) -> [DVec4; 6] {
+fn planes(view: &View) -> [DVec4; 6] {
     // Perspective: the side planes contain the eye and lean outward by the angle to the image's border.
     let side = |axis: DVec3, reach: f64| {
         if view.perspective {
