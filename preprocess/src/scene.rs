@@ -17,6 +17,9 @@ pub struct SourceScene {
     pub choice: Option<String>,
     /// Meshes; several objects may share one.
     pub meshes: Vec<SourceMesh>,
+    /// For each mesh how far the importer moved a vertex from where the file has it, in object space: it rounds
+    /// coordinates to f32. Meshes behind the end of the list were not moved.
+    pub position_errors: Vec<f64>,
     /// Objects in source order: file by file, node by node (depth first), primitive by primitive.
     pub objects: Vec<SourceObject>,
     /// Cameras of the source.

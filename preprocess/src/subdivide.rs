@@ -32,6 +32,11 @@ pub fn subdivide(scene: &mut SourceScene, max_triangles: usize) -> Result<(), (u
         *end += parts.len();
         Some(*end)
     }));
+    let errors = std::mem::take(&mut scene.position_errors);
+    let of_parts = errors.iter().zip(&cut);
+    scene.position_errors = of_parts
+        .flat_map(|(&error, parts)| parts.iter().map(move |_| error))
+        .collect();
     scene.meshes = cut.into_iter().flatten().collect();
     let objects = std::mem::take(&mut scene.objects);
     scene.objects = objects

@@ -1,8 +1,8 @@
 //! `hroc-bake inspect`.
 
 use super::Failure;
-use crate::bake::TreeReport;
-use hroc_format::{ArchivedScene, BakedScene, Bounds, object_flags};
+use crate::bake::{Accuracy, TreeReport};
+use hroc_format::{ArchivedScene, BakedScene, Bounds, OpenError, object_flags};
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let baked = BakedScene::open_checked(&arguments.file).map_err(Failure::file)?;
-    let summary = Summary::new(&baked);
+    let summary = Summary::new(&baked).map_err(Failure::file)?;
     let mut out = BufWriter::new(io::stdout().lock());
     let result = if arguments.json {
         let details = Details {
@@ -59,6 +59,15 @@ struct Summary {
     counts: Counts,
     bytes: Vec<(&'static str, usize)>,
     trees: Vec<TreeReport>,
+    /// How far the baked scene is from its source; null for a file that does not say.
+    accuracy: Option<Accuracy>,
+    sections: Vec<Section>,
+}
+
+#[derive(Serialize)]
+struct Section {
+    name: String,
+    bytes: u64,
 }
 
 #[derive(Serialize)]
@@ -122,7 +131,7 @@ struct Object {
 }
 
 impl Summary {
-    fn new(baked: &BakedScene) -> Self {
+    fn new(baked: &BakedScene) -> Result<Self, OpenError> {
         let scene = baked.scene();
         let with_flag = |flag| {
             scene
@@ -136,8 +145,17 @@ impl Summary {
             .iter()
             .map(|bvh| TreeReport::new(&bvh.split, bvh.nodes.len(), &bvh.stats.to_native()))
             .collect();
-        Self {
+        Ok(Self {
             schema: 1,
+            accuracy: Accuracy::of(baked)?,
+            sections: baked
+                .sections()
+                .iter()
+                .map(|section| Section {
+                    name: section.name.to_string(),
+                    bytes: section.len,
+                })
+                .collect(),
             name: scene.name.as_str().into(),
             generator: scene.generator.as_str().into(),
             settings: serde_json::from_str(&scene.settings)
@@ -194,7 +212,7 @@ impl Summary {
                 ("trees", scene.bvhs.iter().map(bvh_bytes).sum()),
             ],
             trees,
-        }
+        })
     }
 
     fn write_text(&self, out: &mut impl Write) -> io::Result<()> {
@@ -230,6 +248,9 @@ impl Summary {
             counts.meshes, counts.vertices
         )?;
         writeln!(out, "cameras    {}", counts.cameras)?;
+        for line in self.accuracy.iter().flat_map(Accuracy::lines) {
+            writeln!(out, "{line}")?;
+        }
         writeln!(out, "\n{:<16}{:>14}{:>8}", "part", "bytes", "%")?;
         for (part, bytes) in self.bytes.iter().filter(|(_, bytes)| *bytes > 0) {
             let share = *bytes as f64 / self.file_bytes as f64 * 100.0;

@@ -46,6 +46,7 @@ pub(super) fn import(import: &mut Import<'_>) -> Result<()> {
     let mut cutter = Cutter::new();
     // The cleaned copy lists the parts one after the other; without any, one empty model comes back.
     for (number, (part, model)) in cleaned.parts.iter().zip(models).enumerate() {
+        let position_error = rounding(&model.mesh, origin);
         let mesh = mesh(&model.mesh, origin, &mut cutter)
             .map_err(|error| error.within(format_args!("object {:?}", part.name)))?;
         without_normals += usize::from(mesh.normals.is_empty() && !model.mesh.normals.is_empty());
@@ -66,6 +67,8 @@ pub(super) fn import(import: &mut Import<'_>) -> Result<()> {
             node: number,
             primitive: 0,
         });
+        scene.position_errors.resize(scene.meshes.len(), 0.0);
+        scene.position_errors.push(position_error);
         scene.meshes.push(mesh);
     }
     let counts = [
@@ -159,6 +162,15 @@ fn origin(models: &[tobj::Model]) -> DVec3 {
 fn positions(mesh: &tobj::Mesh) -> impl Iterator<Item = DVec3> {
     let (positions, _) = mesh.positions.as_chunks::<3>();
     positions.iter().copied().map(DVec3::from)
+}
+
+/// How far rounding to f32 about `origin` moves a position.
+fn rounding(mesh: &tobj::Mesh, origin: DVec3) -> f64 {
+    let moved = positions(mesh).map(|point| {
+        let place = point - origin;
+        (place.as_vec3().as_dvec3() - place).length_squared()
+    });
+    moved.fold(0.0, f64::max).sqrt()
 }
 
 fn mesh(mesh: &tobj::Mesh, origin: DVec3, cutter: &mut Cutter) -> Result<SourceMesh> {
