@@ -333,7 +333,7 @@ fn assert_found(expected: &str, damage: impl Fn(&mut Scene)) {
     }
 }
 
-/// Every vertex in turn, by a little more than rounding explains.
+/// By three thousandths of its mesh. Rounding explains half a thousandth here: the scene is 1 km wide, and a mesh 1 m.
 #[test]
 fn one_moved_vertex_is_found() {
     let folder = Folder::new();
@@ -354,7 +354,7 @@ fn one_moved_vertex_is_found() {
                 let position = &mut damaged.positions[vertex as usize];
                 // Within the mesh's box, so that no rule of the format is broken.
                 let middle = 0.5 * (mesh.min[0] + mesh.max[0]);
-                let by = (mesh.max[0] - mesh.min[0]).max(1e-3) * 1e-4;
+                let by = (mesh.max[0] - mesh.min[0]) * 3e-3;
                 if mesh.min[0] == mesh.max[0] {
                     continue;
                 }
@@ -461,14 +461,12 @@ fn one_wrong_object_is_found() {
         scene.object_sources.swap(0, last);
     });
     assert_found("are not in the file", |scene| {
-        let other = scene.object_sources[1];
         let gone = scene.object_sources[0];
         for source in &mut scene.object_sources {
             if *source == gone {
                 source.node = 1000;
             }
         }
-        assert_ne!(gone, other);
     });
     assert_found("is not in the source", |scene| {
         let last = scene.object_sources.len() - 1;
