@@ -251,3 +251,82 @@ fn small_objects_far_away_are_warned_about() {
         .unwrap();
     assert_eq!(warned, share > 1e-4);
 }
+
+#[test]
+fn inspect_tells_looks_materials_and_readers() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "mtllib a.mtl\nv 0 0 0\nv 0.1 0 0\nv 0 0.3 0\nv 1 1 1\nf 1 2 3\nusemtl red\nf 1 2 3\nf 2 3 4\n";
+    std::fs::write(folder.path().join("a.obj"), text).unwrap();
+    std::fs::write(folder.path().join("a.mtl"), "newmtl red\nKd 1 0 0\nd 0.2\n").unwrap();
+    let gltf = serde_json::json!({
+        "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0 }],
+        "materials": [{ "name": "glass", "doubleSided": true }, {}],
+        "meshes": [{ "primitives": [
+            { "attributes": { "POSITION": 0 }, "material": 1 },
+            { "attributes": { "POSITION": 0 }, "material": 0 },
+            { "attributes": { "POSITION": 0 } } ] }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "buffers": [{ "byteLength": 36, "uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" }],
+    });
+    std::fs::write(folder.path().join("b.gltf"), gltf.to_string()).unwrap();
+    let run = |arguments: &[&str]| {
+        let mut command = Command::cargo_bin("hroc-bake").unwrap();
+        let output = command
+            .current_dir(folder.path())
+            .args(arguments)
+            .output()
+            .unwrap();
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        output.stdout
+    };
+    for split in [&[][..], &["--split-objects", "1"]] {
+        run(&[&["bake", "a.obj", "b.gltf", "-o", "a.hroc"], split].concat());
+        let found = run(&["inspect", "a.hroc", "--json"]);
+        let found: serde_json::Value = serde_json::from_slice(&found).unwrap();
+        let objects = found["objects"].as_array().unwrap();
+        let materials: Vec<_> = objects
+            .iter()
+            .map(|object| object["material"].as_str())
+            .collect();
+        let expected = [
+            None,
+            Some("red"),
+            Some("red"),
+            Some("material 1"),
+            Some("glass"),
+            None,
+        ];
+        match split {
+            [] => assert_eq!(materials, [&expected[..1], &expected[2..]].concat()),
+            _ => assert_eq!(materials, expected),
+        }
+        assert_eq!(objects[1]["color"][0], 1.0);
+        assert!((objects[1]["color"][3].as_f64().unwrap() - 0.2).abs() < 1e-6);
+        let sides: Vec<_> = objects
+            .iter()
+            .rev()
+            .take(3)
+            .map(|object| &object["double_sided"])
+            .collect();
+        assert_eq!(sides, [false, true, false]);
+        // The versions are those that were built in.
+        let lock =
+            std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.lock")).unwrap();
+        for (file, library) in [(0, "tobj"), (1, "gltf")] {
+            let at = lock
+                .find(&format!("name = \"{library}\"\nversion = \""))
+                .unwrap();
+            let version = lock[at..].split('"').nth(3).unwrap();
+            assert_eq!(
+                found["source_files"][file]["loader"],
+                format!("{library} {version}")
+            );
+        }
+    }
+}

@@ -6,9 +6,11 @@
 mod accuracy;
 mod pack;
 mod place;
+mod provenance;
 mod report;
 
 pub use accuracy::{ACCURACY, Accuracy, AreaChange, Displacement, TriangleChanges};
+pub use provenance::{MATERIALS, PROVENANCE, Provenance};
 pub use report::{BakeReport, Stage, TreeReport};
 
 use crate::bvh;
@@ -154,6 +156,8 @@ pub fn bake(
             .map_err(|(mesh, source)| BakeError::Mesh { mesh, source })?;
     }
     report.objects = source.objects.len();
+    let materials = std::mem::take(&mut source.materials);
+    report.provenance = Provenance::new(&source.loaders, materials, source.objects.len());
 
     progress.stage("optimize", source.meshes.len() as u64);
     let keep = Keep::of(&source.meshes, options);

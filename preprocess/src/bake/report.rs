@@ -1,7 +1,7 @@
 //! What a bake tells about itself.
 
 use super::accuracy::Baked;
-use super::{ACCURACY, Accuracy};
+use super::{ACCURACY, Accuracy, Provenance};
 use glam::DVec3;
 use hroc_format::{ArchivedBvh, BakedScene, BvhStats, Object, Sections};
 use std::time::Instant;
@@ -25,6 +25,9 @@ pub struct BakeReport {
     pub stored_triangles: usize,
     /// How far the baked scene is from its source; `None` for a file that does not say.
     pub accuracy: Option<Accuracy>,
+    /// How the sources were read.
+    #[serde(skip)]
+    pub provenance: Provenance,
     /// The trees.
     pub trees: Vec<TreeReport>,
     /// Wall time of each stage, in order.
@@ -91,6 +94,7 @@ impl BakeReport {
             source_vertices: 0,
             stored_triangles: scene.indices.len() / 3,
             accuracy: Accuracy::of(baked).ok().flatten(),
+            provenance: Provenance::of(baked).unwrap_or_default(),
             trees: scene.bvhs.iter().map(tree).collect(),
             stages: Vec::new(),
             warnings: Vec::new(),
@@ -99,10 +103,12 @@ impl BakeReport {
 
     /// The optional sections of the baked file.
     pub fn sections(&self) -> Sections {
-        let accuracy = self.accuracy.iter();
-        accuracy
-            .map(|accuracy| (ACCURACY, accuracy.to_json()))
-            .collect()
+        let mut sections = Sections::new();
+        if let Some(accuracy) = &self.accuracy {
+            sections.insert(ACCURACY, accuracy.to_json());
+        }
+        self.provenance.add_to(&mut sections);
+        sections
     }
 
     /// Measures how far the baked scene is from its source, and warns where that is far.

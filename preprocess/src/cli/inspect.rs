@@ -1,7 +1,7 @@
 //! `hroc-bake inspect`.
 
 use super::Failure;
-use crate::bake::{Accuracy, TreeReport};
+use crate::bake::{Accuracy, Provenance, TreeReport};
 use hroc_format::{ArchivedScene, BakedScene, Bounds, OpenError, object_flags};
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
@@ -19,11 +19,12 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let baked = BakedScene::open_checked(&arguments.file).map_err(Failure::file)?;
-    let summary = Summary::new(&baked).map_err(Failure::file)?;
+    let provenance = Provenance::of(&baked).map_err(Failure::file)?;
+    let summary = Summary::new(&baked, &provenance).map_err(Failure::file)?;
     let mut out = BufWriter::new(io::stdout().lock());
     let result = if arguments.json {
         let details = Details {
-            objects: objects(baked.scene()),
+            objects: objects(baked.scene(), &provenance),
             cameras: cameras(baked.scene()),
             summary,
         };
@@ -53,7 +54,7 @@ struct Summary {
     settings: serde_json::Value,
     file_bytes: usize,
     source_files: Vec<SourceFile>,
-    referenced_files: Vec<SourceFile>,
+    referenced_files: Vec<ReferencedFile>,
     origin: [f64; 3],
     bounds: Box3,
     counts: Counts,
@@ -72,6 +73,15 @@ struct Section {
 
 #[derive(Serialize)]
 struct SourceFile {
+    name: String,
+    /// xxh3, hexadecimal.
+    hash: String,
+    /// The library that read it, and its version; null for a file that does not say.
+    loader: Option<String>,
+}
+
+#[derive(Serialize)]
+struct ReferencedFile {
     name: String,
     /// xxh3, hexadecimal.
     hash: String,
@@ -127,11 +137,16 @@ struct Object {
     mesh: u32,
     triangles: u32,
     alpha: &'static str,
+    /// Linear red, green, blue and opacity in 0..=1, to 8 bits.
+    color: [f32; 4],
+    double_sided: bool,
+    /// The source's name; null for an object without a material.
+    material: Option<String>,
     bounds: Box3,
 }
 
 impl Summary {
-    fn new(baked: &BakedScene) -> Result<Self, OpenError> {
+    fn new(baked: &BakedScene, provenance: &Provenance) -> Result<Self, OpenError> {
         let scene = baked.scene();
         let with_flag = |flag| {
             scene
@@ -164,15 +179,17 @@ impl Summary {
             source_files: scene
                 .source_files
                 .iter()
-                .map(|file| SourceFile {
+                .enumerate()
+                .map(|(number, file)| SourceFile {
                     name: file.name.as_str().into(),
                     hash: format!("{:016x}", file.hash.to_native()),
+                    loader: provenance.loaders.get(number).cloned(),
                 })
                 .collect(),
             referenced_files: scene
                 .referenced_files
                 .iter()
-                .map(|file| SourceFile {
+                .map(|file| ReferencedFile {
                     name: file.name.as_str().into(),
                     hash: format!("{:016x}", file.hash.to_native()),
                 })
@@ -223,7 +240,8 @@ impl Summary {
             self.name, self.file_bytes, self.generator
         )?;
         for file in &self.source_files {
-            writeln!(out, "source     {:?} {}", file.name, file.hash)?;
+            let loader = file.loader.as_deref().unwrap_or("an unknown reader");
+            writeln!(out, "source     {:?} {} by {loader}", file.name, file.hash)?;
         }
         writeln!(out, "settings   {}", self.settings)?;
         writeln!(out, "origin     {:?}", self.origin)?;
@@ -301,7 +319,7 @@ fn cameras(scene: &ArchivedScene) -> Vec<Camera> {
     scene.cameras.iter().map(camera).collect()
 }
 
-fn objects(scene: &ArchivedScene) -> Vec<Object> {
+fn objects(scene: &ArchivedScene, provenance: &Provenance) -> Vec<Object> {
     let ids = 0..scene.objects.len() as u32;
     let parts = scene
         .objects
@@ -326,6 +344,12 @@ fn objects(scene: &ArchivedScene) -> Vec<Object> {
                     flags if flags & object_flags::MASKED != 0 => "masked",
                     _ => "opaque",
                 },
+                color: object
+                    .base_color
+                    .to_le_bytes()
+                    .map(|channel| f32::from(channel) / 255.0),
+                double_sided: object.flags & object_flags::DOUBLE_SIDED != 0,
+                material: provenance.material(id as usize).map(str::to_owned),
                 bounds: bounds.to_native().into(),
             }
         })

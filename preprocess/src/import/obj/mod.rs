@@ -18,6 +18,9 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
 
+/// What reads OBJ. A test compares the version with the one in use.
+pub(super) const LOADER: &str = "tobj 4.0.5";
+
 /// OBJ has no magic number: the name says so, or a first line that can be nothing else.
 pub(super) fn is_obj(path: &Path, bytes: &[u8]) -> bool {
     let named = path
@@ -43,6 +46,7 @@ pub(super) fn import(import: &mut Import<'_>) -> Result<()> {
     let mut without_normals = 0;
     let mut without_uvs = 0;
     let mut unknown_materials = 0;
+    let mut material_numbers = HashMap::new();
     let mut cutter = Cutter::new();
     // The cleaned copy lists the parts one after the other; without any, one empty model comes back.
     for (number, (part, model)) in cleaned.parts.iter().zip(models).enumerate() {
@@ -56,6 +60,14 @@ pub(super) fn import(import: &mut Import<'_>) -> Result<()> {
             usize::from(material.is_none() && !materials.is_empty() && !part.material.is_empty());
         let (base_color, alpha) = mtl::look(material);
         let scene = &mut import.scene;
+        if !part.material.is_empty() {
+            let names = &mut scene.materials.names;
+            let number = *material_numbers.entry(&part.material).or_insert_with(|| {
+                names.push(part.material.clone());
+                names.len() as u32 - 1
+            });
+            scene.materials.set(scene.objects.len(), number);
+        }
         scene.objects.push(SourceObject {
             mesh: scene.meshes.len(),
             world_from_object: DAffine3::from_translation(origin),
