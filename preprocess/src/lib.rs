@@ -17,5 +17,6 @@ pub mod scene;
 pub mod split;
 pub mod subdivide;
 pub mod tree;
+pub mod verify;
 mod whole_file;
 pub mod world_bounds;

@@ -32,7 +32,20 @@ pub fn subdivide(scene: &mut SourceScene, max_triangles: usize) -> Result<(), (u
         *end += parts.len();
         Some(*end)
     }));
+    let errors = std::mem::take(&mut scene.position_errors);
+    let of_parts = errors.iter().zip(&cut);
+    scene.position_errors = of_parts
+        .flat_map(|(&error, parts)| parts.iter().map(move |_| error))
+        .collect();
     scene.meshes = cut.into_iter().flatten().collect();
+    let materials = std::mem::take(&mut scene.materials.of_object);
+    let of_parts = materials.iter().zip(&scene.objects);
+    scene.materials.of_object = of_parts
+        .flat_map(|(&material, object)| {
+            let parts = first[object.mesh]..first[object.mesh + 1];
+            parts.map(move |_| material)
+        })
+        .collect();
     let objects = std::mem::take(&mut scene.objects);
     scene.objects = objects
         .into_iter()

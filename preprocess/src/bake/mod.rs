@@ -3,12 +3,16 @@
 //! threads: threads work on separate meshes, objects and subtrees, and results are put together in
 //! order.
 
+mod accuracy;
 mod cells;
 mod pack;
 mod place;
+mod provenance;
 mod recentre;
 mod report;
 
+pub use accuracy::{ACCURACY, Accuracy, AreaChange, Displacement, TriangleChanges};
+pub use provenance::{MATERIALS, PROVENANCE, Provenance};
 pub use report::{BakeReport, Stage, TreeReport};
 
 use crate::bvh;
@@ -21,6 +25,7 @@ use crate::scene::{SourceCamera, SourceMesh, SourceObject, SourceScene};
 use crate::subdivide;
 use crate::tree::{self, TreeBuilder, in_cells};
 use crate::world_bounds::flush_denormals;
+use accuracy::{Baked, MeshChange};
 use glam::{DAffine3, DVec3};
 use hroc_format::{Bounds, Camera, ObjectBounds, ObjectSource, ReferencedFile, Scene, SourceFile};
 use pack::Packed;
@@ -155,15 +160,28 @@ pub fn bake(
     }
     report.objects = source.objects.len();
     let places = place::shared_places(&source.objects);
+    let materials = std::mem::take(&mut source.materials);
+    report.provenance = Provenance::new(&source.loaders, materials, source.objects.len());
 
     progress.stage("optimize", source.meshes.len() as u64);
     let keep = Keep::of(&source.meshes, options);
-    let (meshes, source_from_mesh): (Vec<_>, Vec<_>) = report
-        .timed("optimize", || {
-            prepare(source.meshes, options, keep, progress)
-        })?
-        .into_iter()
-        .unzip();
+    let prepared = report.timed("optimize", || {
+        prepare(
+            source.meshes,
+            &source.position_errors,
+            options,
+            keep,
+            progress,
+        )
+    })?;
+    let mut meshes = Vec::with_capacity(prepared.len());
+    let mut source_from_mesh = Vec::with_capacity(prepared.len());
+    let mut changes = Vec::with_capacity(prepared.len());
+    for prepared in prepared {
+        meshes.push(prepared.mesh);
+        source_from_mesh.push(prepared.source_from_mesh);
+        changes.push(prepared.change);
+    }
     for object in &mut source.objects {
         object.world_from_object *= source_from_mesh[object.mesh];
     }
@@ -186,6 +204,17 @@ pub fn bake(
         place::place(&source.objects, &packed, &places, progress)
     })?;
     let origin = origins[0];
+
+    report.measure(
+        &Baked {
+            sources: &source.objects,
+            objects: &objects,
+            meshes: &packed.meshes,
+            changes: &changes,
+        },
+        |object| origins[object.cell as usize],
+        options.quantize,
+    );
 
     progress.stage("trees", options.splits.len() as u64);
     let bvhs = report.timed("trees", || {
@@ -258,20 +287,29 @@ impl Keep {
     }
 }
 
-/// Checks and optimizes the meshes and gives all of them the same attributes. With each comes what takes it to the
-/// object space of its source.
+/// A mesh as it is stored.
+struct Prepared {
+    mesh: SourceMesh,
+    /// Takes it to the object space of its source.
+    source_from_mesh: DAffine3,
+    change: MeshChange,
+}
+
+/// Checks and optimizes the meshes and gives all of them the same attributes.
 fn prepare(
     meshes: Vec<SourceMesh>,
+    position_errors: &[f64],
     options: &BakeOptions,
     keep: Keep,
     progress: &dyn Progress,
-) -> Result<Vec<(SourceMesh, DAffine3)>, BakeError> {
+) -> Result<Vec<Prepared>, BakeError> {
     let prepare = |(index, mut mesh): (usize, SourceMesh)| {
         let fault = |source| BakeError::Mesh {
             mesh: index,
             source,
         };
         optimize::check(&mesh).map_err(fault)?;
+        let original = mesh.positions.clone();
         mesh.positions
             .iter_mut()
             .flatten()
@@ -291,11 +329,19 @@ fn prepare(
             true => quantize::quantize(&mut mesh),
             false => DAffine3::from_translation(recentre::recentre(&mut mesh)),
         };
+        // Here vertices and triangles are still in the order of the source.
+        let import_error = position_errors.get(index).copied().unwrap_or(0.0);
+        let change = MeshChange::measure(&original, &mesh, &source_from_mesh, import_error);
+        drop(original);
         if options.optimize {
             mesh = optimize::optimize(&mesh).map_err(fault)?;
         }
         progress.advance(1);
-        Ok((mesh, source_from_mesh))
+        Ok(Prepared {
+            change: change.finished(&mesh),
+            mesh,
+            source_from_mesh,
+        })
     };
     meshes.into_par_iter().enumerate().map(prepare).collect()
 }

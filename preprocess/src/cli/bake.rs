@@ -227,7 +227,7 @@ fn bake(arguments: &Arguments) -> Result<(), Failure> {
             Some(import::beside(by, &file.name))
         });
         write_depfile(arguments, referenced)?;
-        let report = BakeReport::of(baked.scene());
+        let report = BakeReport::of(&baked);
         return write_report(arguments, &report, file_bytes, start, true);
     }
     let wanted = ImportOptions {
@@ -259,7 +259,8 @@ fn bake(arguments: &Arguments) -> Result<(), Failure> {
     );
     let write = Instant::now();
     progress.stage("write", 0);
-    let file_bytes = hroc_format::write(&arguments.output, &scene).map_err(Failure::file)?;
+    let file_bytes = hroc_format::write_with(&arguments.output, &scene, &report.sections())
+        .map_err(Failure::file)?;
     report.stages.push(Stage {
         name: "write",
         seconds: write.elapsed().as_secs_f64(),
@@ -334,6 +335,12 @@ fn summarize(arguments: &Arguments, report: &BakeReport, file_bytes: u64, second
         report.meshes,
         file_bytes as f64 / 1e6,
     ));
+    if let Some(accuracy) = &report.accuracy {
+        accuracy
+            .lines()
+            .iter()
+            .for_each(|line| say(format_args!("  {line}")));
+    }
     for tree in &report.trees {
         say(format_args!(
             "  tree {}: depth {}, mean leaf depth {:.1}, SAH cost {:.2}, overlap {:.2}",

@@ -70,6 +70,8 @@ impl Import<'_> {
 
 /// One file format.
 struct Importer {
+    /// The library that reads it, and its version.
+    loader: &'static str,
     /// Whether the file is of this format.
     accepts: fn(&Path, &[u8]) -> bool,
     import: fn(&mut Import<'_>) -> Result<()>,
@@ -78,14 +80,17 @@ struct Importer {
 /// All formats, in the order they are asked.
 const IMPORTERS: &[Importer] = &[
     Importer {
+        loader: gltf::LOADER,
         accepts: gltf::is_glb,
         import: gltf::import_glb,
     },
     Importer {
+        loader: gltf::LOADER,
         accepts: gltf::is_gltf,
         import: gltf::import_gltf,
     },
     Importer {
+        loader: obj::LOADER,
         accepts: obj::is_obj,
         import: obj::import,
     },
@@ -181,6 +186,7 @@ fn import_file(
         .into_owned();
     let hash = xxhash_rust::xxh3::xxh3_64(bytes);
     scene.files.push(SourceFile { name, hash });
+    scene.loaders.push(importer.loader);
     let file = scene.files.len() - 1;
     let folder = Folder::of(path, file);
     let mut import = Import {

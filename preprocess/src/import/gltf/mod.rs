@@ -39,6 +39,9 @@ use std::sync::Arc;
 
 pub use camera_path::CameraChoice;
 
+/// What reads glTF. A test compares the versions with those in use.
+pub(super) const LOADER: &str = "gltf 1.4.1";
+
 /// File name extensions of glTF.
 pub(super) const EXTENSIONS: [&str; 2] = ["glb", "gltf"];
 
@@ -124,7 +127,22 @@ fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> 
     }
     let buffers = Buffers::new(root, bin, import.folder);
     let accessors = Accessors::new(root, &buffers);
+    let first_material = import.scene.materials.names.len();
+    let names = root.materials.iter().enumerate();
+    import
+        .scene
+        .materials
+        .names
+        .extend(names.map(|(number, material)| {
+            let name = material.name.clone().unwrap_or_default();
+            if name.is_empty() {
+                format!("material {number}")
+            } else {
+                name
+            }
+        }));
     let mut drawing = Drawing {
+        first_material,
         root,
         primitives: Primitives::new(accessors, import.options),
         skipped: Skipped::default(),
@@ -175,6 +193,8 @@ struct Drawing<'a> {
     unskinned: usize,
     /// Meshes of the files before this one.
     first_mesh: usize,
+    /// Materials of the files before this one.
+    first_material: usize,
 }
 
 impl Drawing<'_> {
@@ -204,6 +224,7 @@ impl Drawing<'_> {
 
         // Read every primitive once, before the instances multiply it.
         let mut parts = Vec::new();
+        let mut materials = Vec::new();
         for (primitive_index, primitive) in mesh.primitives.iter().enumerate() {
             let place = || format!("{}, primitive {primitive_index}", place());
             let deform = primitive::Deform {
@@ -226,6 +247,8 @@ impl Drawing<'_> {
             let Some(mesh) = mesh else { continue };
             let look = material::look(self.root, primitive.material)
                 .map_err(|error| error.within(place()))?;
+            let material = primitive.material;
+            materials.push(material.map(|material| self.first_material + material.value()));
             parts.push((primitive_index, self.first_mesh + mesh, look));
         }
 
@@ -236,6 +259,7 @@ impl Drawing<'_> {
         let name = name.map(String::as_str).unwrap_or_default();
         let file = import.file;
         let objects = &mut import.scene.objects;
+        let first_object = objects.len();
         let count = parts
             .len()
             .saturating_mul(instances.as_ref().map_or(1, Vec::len));
@@ -266,6 +290,13 @@ impl Drawing<'_> {
                         &format!("{name}[{number}]"),
                     );
                 }
+            }
+        }
+        // Each instance has all primitives in turn.
+        let drawn = first_object..import.scene.objects.len();
+        for (object, material) in drawn.zip(materials.iter().cycle()) {
+            if let Some(material) = *material {
+                import.scene.materials.set(object, material as u32);
             }
         }
         Ok(())

@@ -18,6 +18,9 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
 
+/// What reads OBJ. A test compares the version with the one in use.
+pub(super) const LOADER: &str = "tobj 4.0.5";
+
 /// OBJ has no magic number: the name says so, or a first line that can be nothing else.
 pub(super) fn is_obj(path: &Path, bytes: &[u8]) -> bool {
     let named = path
@@ -43,9 +46,11 @@ pub(super) fn import(import: &mut Import<'_>) -> Result<()> {
     let mut without_normals = 0;
     let mut without_uvs = 0;
     let mut unknown_materials = 0;
+    let mut material_numbers = HashMap::new();
     let mut cutter = Cutter::new();
     // The cleaned copy lists the parts one after the other; without any, one empty model comes back.
     for (number, (part, model)) in cleaned.parts.iter().zip(models).enumerate() {
+        let position_error = rounding(&model.mesh, origin);
         let mesh = mesh(&model.mesh, origin, &mut cutter)
             .map_err(|error| error.within(format_args!("object {:?}", part.name)))?;
         without_normals += usize::from(mesh.normals.is_empty() && !model.mesh.normals.is_empty());
@@ -55,6 +60,14 @@ pub(super) fn import(import: &mut Import<'_>) -> Result<()> {
             usize::from(material.is_none() && !materials.is_empty() && !part.material.is_empty());
         let (base_color, alpha) = mtl::look(material);
         let scene = &mut import.scene;
+        if !part.material.is_empty() {
+            let names = &mut scene.materials.names;
+            let number = *material_numbers.entry(&part.material).or_insert_with(|| {
+                names.push(part.material.clone());
+                names.len() as u32 - 1
+            });
+            scene.materials.set(scene.objects.len(), number);
+        }
         scene.objects.push(SourceObject {
             mesh: scene.meshes.len(),
             world_from_object: DAffine3::from_translation(origin),
@@ -66,6 +79,8 @@ pub(super) fn import(import: &mut Import<'_>) -> Result<()> {
             node: number,
             primitive: 0,
         });
+        scene.position_errors.resize(scene.meshes.len(), 0.0);
+        scene.position_errors.push(position_error);
         scene.meshes.push(mesh);
     }
     let counts = [
@@ -159,6 +174,15 @@ fn origin(models: &[tobj::Model]) -> DVec3 {
 fn positions(mesh: &tobj::Mesh) -> impl Iterator<Item = DVec3> {
     let (positions, _) = mesh.positions.as_chunks::<3>();
     positions.iter().copied().map(DVec3::from)
+}
+
+/// How far rounding to f32 about `origin` moves a position.
+fn rounding(mesh: &tobj::Mesh, origin: DVec3) -> f64 {
+    let moved = positions(mesh).map(|point| {
+        let place = point - origin;
+        (place.as_vec3().as_dvec3() - place).length_squared()
+    });
+    moved.fold(0.0, f64::max).sqrt()
 }
 
 fn mesh(mesh: &tobj::Mesh, origin: DVec3, cutter: &mut Cutter) -> Result<SourceMesh> {
