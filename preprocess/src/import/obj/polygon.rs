@@ -33,8 +33,21 @@ impl Cutter {
         }
     }
 
+    pub(super) fn warnings(&self) -> impl Iterator<Item = String> {
+        let fans = Some(self.fans).filter(|&fans| fans > 0);
+        let what = "concave polygons that cross themselves or are too many, cut as fans";
+        fans.map(|fans| format!("{what}: {fans}")).into_iter()
+    }
+
     /// Appends the triangles of a polygon of at least three corners to `triangles`.
-    pub(super) fn cut(&mut self, polygon: &[u32], positions: &[Vec3], triangles: &mut Vec<u32>) {
+    pub(super) fn cut(
+        &mut self,
+        polygon: &[u32],
+        positions: &[Vec3],
+        line: u32,
+        triangles: &mut Vec<u32>,
+    ) {
+        let _ = line;
         if polygon.len() == 3 {
             triangles.extend(polygon);
             return;
@@ -91,7 +104,7 @@ mod tests {
         let positions: Vec<Vec3> = points.iter().copied().map(Vec3::from).collect();
         let polygon: Vec<u32> = (0..points.len() as u32).collect();
         let (mut cutter, mut triangles) = (Cutter::new(), Vec::new());
-        cutter.cut(&polygon, &positions, &mut triangles);
+        cutter.cut(&polygon, &positions, 1, &mut triangles);
         (triangles, cutter.fans)
     }
 
