@@ -10,16 +10,17 @@ mod report;
 pub use report::{BakeReport, Stage, TreeReport};
 
 use crate::bvh;
+use crate::degenerate::{self, Degenerate};
 use crate::import::MAX_OBJECTS;
 use crate::normals;
 use crate::optimize::{self, MeshError};
 use crate::progress::Progress;
-use crate::quantize;
+use crate::quantize::Grid;
 use crate::scene::{SourceCamera, SourceMesh, SourceObject, SourceScene};
 use crate::subdivide;
 use crate::tree::{self, TreeBuilder};
 use crate::world_bounds::flush_denormals;
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use hroc_format::{Bounds, Camera, ObjectSource, ReferencedFile, Scene, SourceFile};
 use pack::Packed;
 use rayon::prelude::*;
@@ -141,6 +142,10 @@ pub fn bake(
         return Err(BakeError::Dangling(object));
     }
 
+    progress.stage("clean", source.meshes.len() as u64);
+    report.coincident_triangles += report.timed("clean", || clean(&mut source.meshes, progress))?;
+    report.empty_objects += drop_empty(&mut source.meshes, &mut source.objects);
+
     if let Some(max) = options.split_objects.map(|max| max.get() as usize) {
         if subdivide::object_count(&source, max) > MAX_OBJECTS as u64 {
             return Err(BakeError::TooManyParts);
@@ -150,21 +155,30 @@ pub fn bake(
             .timed("subdivide", || subdivide::subdivide(&mut source, max))
             .map_err(|(mesh, source)| BakeError::Mesh { mesh, source })?;
     }
-    report.objects = source.objects.len();
 
     progress.stage("optimize", source.meshes.len() as u64);
     let keep = Keep::of(&source.meshes, options);
-    let (meshes, source_from_mesh): (Vec<_>, Vec<_>) = report
+    let grids = options
+        .quantize
+        .then(|| Grid::of_meshes(&source.meshes, &source.objects));
+    if let Some(grids) = &grids {
+        for object in &mut source.objects {
+            object.world_from_object *= grids[object.mesh].object_from_cube();
+        }
+    }
+    let (mut meshes, degenerate): (Vec<_>, Vec<_>) = report
         .timed("optimize", || {
-            prepare(source.meshes, options, keep, progress)
+            prepare(source.meshes, options, keep, grids.as_deref(), progress)
         })?
         .into_iter()
         .unzip();
-    if options.quantize {
-        for object in &mut source.objects {
-            object.world_from_object *= source_from_mesh[object.mesh];
-        }
+    for counts in degenerate {
+        report.coincident_triangles += counts.coincident;
+        report.sliver_triangles += counts.slivers;
     }
+    report.empty_objects += drop_empty(&mut meshes, &mut source.objects);
+    report.warn_of_degenerate();
+    report.objects = source.objects.len();
     report.meshes = meshes.len();
     report.vertices = meshes.iter().map(|mesh| mesh.positions.len()).sum();
     report.stored_triangles = meshes.iter().map(|mesh| mesh.indices.len() / 3).sum();
@@ -257,24 +271,53 @@ impl Keep {
     }
 }
 
-/// Checks and optimizes the meshes and gives all of them the same attributes. With each comes what takes it to the
-/// object space of its source.
+/// Checks the meshes and leaves out the triangles two of whose corners coincide. Returns how many.
+fn clean(meshes: &mut [SourceMesh], progress: &dyn Progress) -> Result<u64, BakeError> {
+    let clean = |(index, mesh): (usize, &mut SourceMesh)| {
+        optimize::check(mesh).map_err(|source| BakeError::Mesh {
+            mesh: index,
+            source,
+        })?;
+        let coordinates = mesh.positions.iter_mut().flatten();
+        coordinates.for_each(|x| *x = flush_denormals(*x));
+        progress.advance(1);
+        Ok(degenerate::remove_coincident(mesh))
+    };
+    meshes.par_iter_mut().enumerate().map(clean).sum()
+}
+
+/// Leaves out meshes without triangles and the objects that draw them. The others keep their order. Returns the
+/// number of objects that went.
+fn drop_empty(meshes: &mut Vec<SourceMesh>, objects: &mut Vec<SourceObject>) -> usize {
+    if meshes.iter().all(|mesh| !mesh.indices.is_empty()) {
+        return 0;
+    }
+    let mut kept = 0;
+    let renumber = |mesh: &SourceMesh| {
+        let number = kept;
+        kept += usize::from(!mesh.indices.is_empty());
+        (!mesh.indices.is_empty()).then_some(number)
+    };
+    let renumbered: Vec<Option<usize>> = meshes.iter().map(renumber).collect();
+    meshes.retain(|mesh| !mesh.indices.is_empty());
+    let before = objects.len();
+    objects.retain_mut(|object| {
+        renumbered[object.mesh]
+            .map(|mesh| object.mesh = mesh)
+            .is_some()
+    });
+    before - objects.len()
+}
+
+/// Gives all meshes the same attributes, moves them to their grids and optimizes them.
 fn prepare(
     meshes: Vec<SourceMesh>,
     options: &BakeOptions,
     keep: Keep,
+    grids: Option<&[Grid]>,
     progress: &dyn Progress,
-) -> Result<Vec<(SourceMesh, DAffine3)>, BakeError> {
+) -> Result<Vec<(SourceMesh, Degenerate)>, BakeError> {
     let prepare = |(index, mut mesh): (usize, SourceMesh)| {
-        let fault = |source| BakeError::Mesh {
-            mesh: index,
-            source,
-        };
-        optimize::check(&mesh).map_err(fault)?;
-        mesh.positions
-            .iter_mut()
-            .flatten()
-            .for_each(|x| *x = flush_denormals(*x));
         if !keep.normals {
             mesh.normals = Vec::new();
         } else if mesh.normals.is_empty() {
@@ -285,16 +328,21 @@ fn prepare(
         } else if mesh.uvs.is_empty() {
             mesh.uvs = vec![[0.0; 2]; mesh.positions.len()];
         }
+        let mut counts = Degenerate::default();
         // Before vertices are merged: on the grid some meet.
-        let source_from_mesh = match options.quantize {
-            true => quantize::quantize(&mut mesh),
-            false => DAffine3::IDENTITY,
-        };
-        if options.optimize {
-            mesh = optimize::optimize(&mesh).map_err(fault)?;
+        if let Some(grids) = grids {
+            grids[index].quantize(&mut mesh);
+            counts.coincident = degenerate::remove_coincident(&mut mesh);
         }
+        if options.optimize && !mesh.indices.is_empty() {
+            mesh = optimize::optimize(&mesh).map_err(|source| BakeError::Mesh {
+                mesh: index,
+                source,
+            })?;
+        }
+        counts.slivers = degenerate::count_slivers(&mesh);
         progress.advance(1);
-        Ok((mesh, source_from_mesh))
+        Ok((mesh, counts))
     };
     meshes.into_par_iter().enumerate().map(prepare).collect()
 }

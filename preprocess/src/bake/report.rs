@@ -20,6 +20,12 @@ pub struct BakeReport {
     pub source_vertices: usize,
     /// Triangles stored.
     pub stored_triangles: usize,
+    /// Triangles of the source's meshes that were left out: two of their corners coincide.
+    pub coincident_triangles: u64,
+    /// Triangles stored that f32 cannot tell from a line.
+    pub sliver_triangles: u64,
+    /// Objects left out because no triangle of theirs was left.
+    pub empty_objects: usize,
     /// The trees.
     pub trees: Vec<TreeReport>,
     /// Wall time of each stage, in order.
@@ -84,10 +90,34 @@ impl BakeReport {
             vertices: scene.vertex_count(),
             source_vertices: 0,
             stored_triangles: scene.indices.len() / 3,
+            coincident_triangles: 0,
+            sliver_triangles: 0,
+            empty_objects: 0,
             trees: scene.bvhs.iter().map(tree).collect(),
             stages: Vec::new(),
             warnings: Vec::new(),
         }
+    }
+
+    /// Adds a warning for each kind of triangle that covers nothing.
+    pub(super) fn warn_of_degenerate(&mut self) {
+        let counts = [
+            (
+                self.coincident_triangles,
+                "triangles left out because two of their corners coincide",
+            ),
+            (
+                self.empty_objects as u64,
+                "objects left out because no triangle of theirs covers anything",
+            ),
+            (
+                self.sliver_triangles,
+                "triangles kept that are so thin that f32 cannot tell them from a line",
+            ),
+        ];
+        let counts = counts.into_iter().filter(|&(count, _)| count > 0);
+        let warnings = counts.map(|(count, what)| format!("{what}: {count}"));
+        self.warnings.extend(warnings);
     }
 
     /// Runs a stage and notes how long it took.
