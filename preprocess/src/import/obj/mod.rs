@@ -9,6 +9,7 @@ mod lines;
 mod mtl;
 mod origin;
 mod polygon;
+mod sweep;
 
 use super::Import;
 use super::error::{ImportError, ImportErrorKind, Result};
@@ -62,7 +63,7 @@ pub(super) fn import(import: &mut Import<'_>) -> Result<()> {
     let mut without_uvs = 0;
     let mut unknown_materials = 0;
     let mut invisible = 0;
-    let mut cutter = Cutter::new();
+    let mut cutter = Cutter::default();
     // The cleaned copy lists the parts one after the other; without any, one empty model comes back.
     for (part, model) in cleaned.parts.iter().zip(models) {
         let group = &cleaned.groups[part.group];
