@@ -7,6 +7,7 @@ pub mod bake;
 pub mod bvh;
 pub mod camera_path;
 pub mod cli;
+pub mod degenerate;
 pub mod generate;
 pub mod import;
 pub mod normals;

@@ -132,7 +132,8 @@ pub struct SourceObject {
     pub file: usize,
     /// glTF node index, or the running number of the OBJ group.
     pub node: usize,
-    /// Primitive within the glTF mesh; 0 for OBJ.
+    /// Primitive within the glTF mesh, or number of the material within the OBJ group. Objects of one file and node
+    /// are parts of one thing: they share the grid of 16-bit positions.
     pub primitive: usize,
 }
 

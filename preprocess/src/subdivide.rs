@@ -2,6 +2,7 @@
 //! that spans half of the scene is visible as a whole if any of it is (Guthe, Balazs, Klein 2006, subdivide for
 //! that reason).
 
+use crate::degenerate::gather;
 use crate::optimize::{self, MeshError};
 use crate::scene::{SourceMesh, SourceScene};
 use glam::Vec3;
@@ -145,17 +146,6 @@ fn part(mesh: &SourceMesh, triangles: &[Triangle], renumbered: &mut [u32]) -> So
         uvs: gather(&mesh.uvs, &used),
         indices,
     }
-}
-
-/// The attributes of some vertices; none of a mesh without the attribute.
-fn gather<T: Copy>(attributes: &[T], vertices: &[u32]) -> Vec<T> {
-    if attributes.is_empty() {
-        return Vec::new();
-    }
-    vertices
-        .iter()
-        .map(|&vertex| attributes[vertex as usize])
-        .collect()
 }
 
 #[cfg(test)]

@@ -28,6 +28,12 @@ pub struct BakeReport {
     /// How the sources were read.
     #[serde(skip)]
     pub provenance: Provenance,
+    /// Triangles of the source's meshes that were left out: two of their corners coincide.
+    pub coincident_triangles: u64,
+    /// Triangles stored that f32 cannot tell from a line.
+    pub sliver_triangles: u64,
+    /// Objects left out because no triangle of theirs was left.
+    pub empty_objects: usize,
     /// The trees.
     pub trees: Vec<TreeReport>,
     /// Wall time of each stage, in order.
@@ -95,6 +101,9 @@ impl BakeReport {
             stored_triangles: scene.indices.len() / 3,
             accuracy: Accuracy::of(baked).ok().flatten(),
             provenance: Provenance::of(baked).unwrap_or_default(),
+            coincident_triangles: 0,
+            sliver_triangles: 0,
+            empty_objects: 0,
             trees: scene.bvhs.iter().map(tree).collect(),
             stages: Vec::new(),
             warnings: Vec::new(),
@@ -111,16 +120,41 @@ impl BakeReport {
         sections
     }
 
-    /// Measures how far the baked scene is from its source, and warns where that is far.
+    /// Measures how far the baked scene is from its source, and warns where that is far. `cleaned`: triangles of the
+    /// source that were left out before the rest was measured.
     pub(super) fn measure(
         &mut self,
         baked: &Baked<'_>,
         cell_origin: impl Fn(&Object) -> DVec3 + Sync,
         quantized: bool,
+        cleaned: u64,
     ) {
-        let accuracy = Accuracy::measure(baked, cell_origin);
+        let mut accuracy = Accuracy::measure(baked, cell_origin);
+        accuracy.triangles.source += cleaned;
+        accuracy.triangles.dropped_coincident_corners += cleaned;
         self.warnings.extend(accuracy.warnings(quantized));
         self.accuracy = Some(accuracy);
+    }
+
+    /// Adds a warning for each kind of triangle that covers nothing.
+    pub(super) fn warn_of_degenerate(&mut self) {
+        let counts = [
+            (
+                self.coincident_triangles,
+                "triangles left out because two of their corners coincide",
+            ),
+            (
+                self.empty_objects as u64,
+                "objects left out because no triangle of theirs covers anything",
+            ),
+            (
+                self.sliver_triangles,
+                "triangles kept that are so thin that f32 cannot tell them from a line",
+            ),
+        ];
+        let counts = counts.into_iter().filter(|&(count, _)| count > 0);
+        let warnings = counts.map(|(count, what)| format!("{what}: {count}"));
+        self.warnings.extend(warnings);
     }
 
     /// Runs a stage and notes how long it took.

@@ -33,25 +33,48 @@ impl Folder {
         self.looked_for.into_inner()
     }
 
+    /// Reads the file whose name is `relative`, bytes in any encoding. A name that is not UTF-8 is noted
+    /// percent-encoded: [`percent_decode`] gives the bytes back.
+    pub(crate) fn read_named(&self, relative: &[u8]) -> Result<Vec<u8>> {
+        let Ok(name) = std::str::from_utf8(relative) else {
+            let encoded = percent_encode(relative);
+            let bytes = match path_of_bytes(relative) {
+                Some(path) => self.find_path(&path, &encoded),
+                None => self.find(&encoded),
+            };
+            self.note(&encoded, &bytes);
+            return bytes;
+        };
+        self.read(name)
+    }
+
+    fn note(&self, name: &str, bytes: &Result<Vec<u8>>) {
+        self.looked_for.borrow_mut().push(ReferencedFile {
+            name: name.to_owned(),
+            path: beside(&self.file, name),
+            hash: bytes.as_deref().map_or(0, xxh3_64),
+            by: self.by,
+        });
+    }
+
     /// Reads the file at `relative`, which may contain folders but may not leave this one: not by an
     /// absolute path, not by `..`, not through a symbolic link.
     pub(crate) fn read(&self, relative: &str) -> Result<Vec<u8>> {
         let bytes = self.find(relative);
-        self.looked_for.borrow_mut().push(ReferencedFile {
-            name: relative.to_owned(),
-            path: beside(&self.file, relative),
-            hash: bytes.as_deref().map_or(0, xxh3_64),
-            by: self.by,
-        });
+        self.note(relative, &bytes);
         bytes
     }
 
     fn find(&self, relative: &str) -> Result<Vec<u8>> {
+        self.find_path(Path::new(relative), relative)
+    }
+
+    /// Finds the file at `path`, which a message calls `relative`.
+    fn find_path(&self, path: &Path, relative: &str) -> Result<Vec<u8>> {
         let refused = |why: &str| {
             ImportError::malformed(format!("{relative:?} {why}"))
                 .next("put the file beside the scene and refer to it by its name")
         };
-        let path = Path::new(relative);
         if relative.is_empty() || relative.contains('\0') {
             return Err(refused("is not a file name"));
         }
@@ -80,9 +103,17 @@ impl Folder {
     }
 }
 
-/// Where the path `relative` from the folder of `file` leads, spelled like `file`.
+/// Where the path `relative` from the folder of `file` leads, spelled like `file`. A name that
+/// [`Folder::read_named`] noted percent-encoded is decoded.
 pub(crate) fn beside(file: &Path, relative: &str) -> PathBuf {
-    file.parent().unwrap_or(Path::new("")).join(relative)
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let plain = folder.join(relative);
+    let decoded = percent_decode(relative);
+    if decoded == relative.as_bytes() || plain.exists() {
+        return plain;
+    }
+    let decoded = path_of_bytes(&decoded).map(|name| folder.join(name));
+    decoded.filter(|path| path.exists()).unwrap_or(plain)
 }
 
 /// Reads a regular file; a pipe or a device could deliver bytes without end.
@@ -91,6 +122,26 @@ pub(crate) fn read_regular(path: &Path) -> std::io::Result<Vec<u8>> {
         return Err(std::io::Error::other("not a regular file"));
     }
     fs::read(path)
+}
+
+/// The path whose name is these bytes, where the system's names are bytes.
+fn path_of_bytes(name: &[u8]) -> Option<PathBuf> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::ffi::OsStrExt;
+        Some(std::ffi::OsStr::from_bytes(name).into())
+    }
+    #[cfg(not(unix))]
+    std::str::from_utf8(name).ok().map(PathBuf::from)
+}
+
+/// Writes the bytes that are not ASCII, and `%`, as escapes.
+fn percent_encode(bytes: &[u8]) -> String {
+    let escape = |&byte: &u8| match byte {
+        b'%' | 128.. => format!("%{byte:02X}"),
+        _ => char::from(byte).to_string(),
+    };
+    bytes.iter().map(escape).collect()
 }
 
 /// Undoes percent-encoding. A `%` that starts no escape stands for itself.
@@ -158,6 +209,14 @@ mod tests {
         assert!(base64_decode(b"aGk=a").is_none());
         assert!(base64_decode(b"a").is_none());
         assert!(base64_decode(b"a*==").is_none());
+    }
+
+    #[test]
+    fn names_that_are_not_utf_8_are_encoded_and_come_back() {
+        let name = b"a%b/\xB2\xC4\xFF.mtl";
+        let encoded = percent_encode(name);
+        assert_eq!(encoded, "a%25b/%B2%C4%FF.mtl");
+        assert_eq!(percent_decode(&encoded), name);
     }
 
     #[test]

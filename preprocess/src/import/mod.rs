@@ -165,7 +165,10 @@ pub fn camera_path(path: &Path, choice: CameraChoice<'_>) -> Result<CameraPath, 
 
 /// The hash that [`import`] gives a file that the input at `by` refers to; 0 where it cannot be read.
 pub fn hash_referenced(by: &Path, name: &str) -> u64 {
-    let bytes = Folder::of(by, 0).read(name);
+    let folder = Folder::of(by, 0);
+    // A name that is not UTF-8 was noted percent-encoded.
+    let encoded = || folder.read_named(&folder::percent_decode(name));
+    let bytes = folder.read(name).or_else(|_| encoded());
     bytes.map_or(0, |bytes| xxhash_rust::xxh3::xxh3_64(&bytes))
 }
 
