@@ -158,6 +158,30 @@ fn nothing_is_done_where_nothing_changed() {
 }
 
 #[test]
+fn a_damaged_output_is_baked_again() {
+    let folder = Folder::new();
+    let arguments = ["bake", "a b.gltf", "b.obj", "-o", "x.hroc", "--if-changed"];
+    assert_eq!(folder.run(&arguments).0, 0);
+    let good = fs::read(folder.path("x.hroc")).unwrap();
+    // Every bit of the header, then bits all over the file.
+    let header = 0..8 * 32;
+    let step = 8 * good.len() / 97;
+    for bit in header.step_by(5).chain((0..8 * good.len()).step_by(step)) {
+        let mut damaged = good.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        fs::write(folder.path("x.hroc"), damaged).unwrap();
+        assert_eq!(folder.run(&["verify", "x.hroc"]).0, 3, "bit {bit}");
+        let (code, err) = folder.run(&arguments);
+        assert!(code == 0 && !err.contains("unchanged"), "bit {bit}: {err}");
+        assert!(
+            fs::read(folder.path("x.hroc")).unwrap() == good,
+            "bit {bit}"
+        );
+    }
+    assert!(folder.run(&arguments).1.contains("unchanged"));
+}
+
+#[test]
 fn dependencies_are_told_with_and_without_a_bake() {
     let folder = Folder::new();
     let bake = || {
