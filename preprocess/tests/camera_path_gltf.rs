@@ -87,7 +87,7 @@ impl File {
         root["buffers"] = json!([{ "uri": "film.bin", "byteLength": self.bin.len().max(1) }]);
         let file = folder.path().join("film.gltf");
         std::fs::write(&file, root.to_string()).unwrap();
-        camera_path(&file, choice)
+        camera_path(&file, choice).map(|camera| camera.path)
     }
 
     fn path(&self) -> CameraPath {
@@ -395,8 +395,8 @@ fn files_of_others_have_a_path_or_say_why_not() {
     let mut found = 0;
     for file in files {
         match camera_path(&folder.join(file), CameraChoice::default()) {
-            Ok(path) => {
-                assert!(path.pose_at(0.0).position.is_finite(), "{file}");
+            Ok(camera) => {
+                assert!(camera.path.pose_at(0.0).position.is_finite(), "{file}");
                 found += 1;
             }
             Err(error) => {
