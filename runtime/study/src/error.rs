@@ -63,7 +63,7 @@ pub enum StudyError {
     #[error("{0}")]
     Cpu(String),
     /// The scene lacks the tree asked for, or does not fit the device.
-    #[error(transparent)]
+    #[error("{}", upload_advice(.0))]
     Upload(#[from] UploadError),
     /// The camera path is wrong.
     #[error(transparent)]
@@ -95,6 +95,17 @@ pub enum StudyError {
         /// What the system said.
         source: io::Error,
     },
+}
+
+/// The error with a next step for who runs the command; the error's own is for who writes a host.
+fn upload_advice(error: &UploadError) -> String {
+    match error {
+        UploadError::TooLarge { what, bytes, limit } => format!(
+            "{what} of {bytes} bytes exceed this device's limit of {limit} bytes; choose another device with --adapter, \
+             or bake a part of the scene"
+        ),
+        other => other.to_string(),
+    }
 }
 
 impl StudyError {
