@@ -12,6 +12,7 @@ pub mod generate;
 pub mod import;
 pub mod normals;
 pub mod optimize;
+pub mod outputs;
 pub mod progress;
 pub mod quantize;
 pub mod scene;

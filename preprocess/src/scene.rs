@@ -13,6 +13,8 @@ pub struct SourceScene {
     pub files: Vec<SourceFile>,
     /// The files those refer to, in the order they were looked for.
     pub referenced_files: Vec<ReferencedFile>,
+    /// Files that the inputs name and that need not have been read, such as images.
+    pub unread_files: Vec<PathBuf>,
     /// The scene that was asked for, where a file has several.
     pub choice: Option<String>,
     /// Meshes; several objects may share one.

@@ -33,6 +33,11 @@ impl Folder {
         self.looked_for.into_inner()
     }
 
+    /// Where `name` leads to from this folder, spelled like the scene file.
+    pub(crate) fn beside(&self, name: &str) -> PathBuf {
+        beside(&self.file, name)
+    }
+
     /// Reads the file whose name is `relative`, bytes in any encoding. A name that is not UTF-8 is noted
     /// percent-encoded: [`percent_decode`] gives the bytes back.
     pub(crate) fn read_named(&self, relative: &[u8]) -> Result<Vec<u8>> {
@@ -51,56 +56,84 @@ impl Folder {
     fn note(&self, name: &str, bytes: &Result<Vec<u8>>) {
         self.looked_for.borrow_mut().push(ReferencedFile {
             name: name.to_owned(),
-            path: beside(&self.file, name),
+            path: self.beside(name),
             hash: bytes.as_deref().map_or(0, xxh3_64),
             by: self.by,
         });
     }
 
-    /// Reads the file at `relative`, which may contain folders but may not leave this one: not by an
-    /// absolute path, not by `..`, not through a symbolic link.
-    pub(crate) fn read(&self, relative: &str) -> Result<Vec<u8>> {
-        let bytes = self.find(relative);
-        self.note(relative, &bytes);
+    /// Reads the file `name`, a path from this folder. It may not lead out of it: not by an absolute path, not by
+    /// `..`, not through a symbolic link.
+    pub(crate) fn read(&self, name: &str) -> Result<Vec<u8>> {
+        let bytes = self.find(name);
+        self.note(name, &bytes);
         bytes
     }
 
-    fn find(&self, relative: &str) -> Result<Vec<u8>> {
-        self.find_path(Path::new(relative), relative)
+    /// Reads the first of `names` that can be read; there is at least one. If none can, the error is that of the
+    /// first one.
+    pub(crate) fn read_first(&self, names: &[String]) -> Result<Vec<u8>> {
+        let (first, others) = names.split_first().expect("there is a name");
+        let mut others = others.iter();
+        self.read(first)
+            .or_else(|error| others.find_map(|name| self.read(name).ok()).ok_or(error))
     }
 
-    /// Finds the file at `path`, which a message calls `relative`.
-    fn find_path(&self, path: &Path, relative: &str) -> Result<Vec<u8>> {
+    fn find(&self, name: &str) -> Result<Vec<u8>> {
+        self.find_path(Path::new(name), name)
+    }
+
+    /// Finds the file at `path`, which a message calls `name`.
+    fn find_path(&self, path: &Path, name: &str) -> Result<Vec<u8>> {
         let refused = |why: &str| {
-            ImportError::malformed(format!("{relative:?} {why}"))
+            ImportError::malformed(format!("{name:?} {why}"))
                 .next("put the file beside the scene and refer to it by its name")
         };
-        if relative.is_empty() || relative.contains('\0') {
+        if name.is_empty() || name.contains('\0') {
             return Err(refused("is not a file name"));
         }
-        if relative.contains("://") {
+        if name.contains("://") {
             return Err(refused("is a network address"));
-        }
-        if !path
-            .components()
-            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
-        {
-            return Err(refused("leads out of the scene's folder"));
         }
         let unreadable = |error: std::io::Error| {
             ImportError::new(
                 ImportErrorKind::Unreadable,
-                format!("cannot read {relative:?}: {error}"),
+                format!("cannot read {name:?}: {error}"),
             )
             .next("put the file beside the scene")
         };
         let folder = self.path.canonicalize().map_err(unreadable)?;
-        let target = folder.join(path).canonicalize().map_err(unreadable)?;
+        // Before the system is asked: whether there is a file elsewhere is nobody's business.
+        let Some(inside) =
+            without_dots(&folder.join(path)).filter(|path| path.starts_with(&folder))
+        else {
+            return Err(refused("leads out of the scene's folder"));
+        };
+        let target = inside.canonicalize().map_err(unreadable)?;
         if !target.starts_with(&folder) {
             return Err(refused("is a link that leads out of the scene's folder"));
         }
         read_regular(&target).map_err(unreadable)
     }
+}
+
+/// The absolute `path` with `.` left out and each `..` taken together with the folder before it; `None` if there is
+/// none.
+fn without_dots(path: &Path) -> Option<PathBuf> {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir
+                if matches!(plain.components().next_back(), Some(Component::Normal(_))) =>
+            {
+                plain.pop();
+            }
+            Component::ParentDir => return None,
+            part => plain.push(part),
+        }
+    }
+    Some(plain)
 }
 
 /// Where the path `relative` from the folder of `file` leads, spelled like `file`. A name that

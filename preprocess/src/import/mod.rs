@@ -146,11 +146,20 @@ fn warn_if_empty(scene: &mut SourceScene) {
     }
 }
 
-/// The way of a camera of a glTF file: at rest, or as the file's animations move it.
+/// A camera of a glTF file.
+#[derive(Clone, Debug)]
+pub struct ImportedCamera {
+    /// Its way, at rest, or as the file's animations move it.
+    pub path: CameraPath,
+    /// The files that the given one refers to, read or not.
+    pub files: Vec<PathBuf>,
+}
+
+/// Reads a camera of a glTF file.
 ///
 /// # Errors
 /// If the file is no glTF, has no such camera, or any fault in what moves it.
-pub fn camera_path(path: &Path, choice: CameraChoice<'_>) -> Result<CameraPath, ImportError> {
+pub fn camera_path(path: &Path, choice: CameraChoice<'_>) -> Result<ImportedCamera, ImportError> {
     let read = || {
         let bytes = read(path)?;
         if !gltf::is_glb(path, &bytes) && !gltf::is_gltf(path, &bytes) {
@@ -158,7 +167,7 @@ pub fn camera_path(path: &Path, choice: CameraChoice<'_>) -> Result<CameraPath, 
             return Err(ImportError::new(ImportErrorKind::UnknownFormat, what)
                 .next("give a .glb or .gltf file"));
         }
-        gltf::camera_path(path, &bytes, choice)
+        gltf::camera_path(&Folder::of(path, 0), &bytes, choice)
     };
     read().map_err(|error| error.in_file(path))
 }

@@ -21,20 +21,20 @@ mod meshopt;
 mod nodes;
 mod primitive;
 mod skin;
+mod uri;
 
 use super::error::{ImportError, ImportErrorKind, Result};
 use super::folder::Folder;
-use super::{Import, MAX_OBJECTS};
-use crate::camera_path::CameraPath;
+use super::{Import, ImportedCamera, MAX_OBJECTS};
 use crate::scene::{SourceCamera, SourceObject};
 use accessor::Accessors;
 use buffers::Buffers;
-use document::{Document, get};
+use document::{Document, get, without_bom};
 use glam::DAffine3;
 use gltf::Glb;
 use gltf::json::{Camera, Index, Node, Root};
 use primitive::{Place, Primitives, Skipped};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use camera_path::CameraChoice;
@@ -45,8 +45,10 @@ pub(super) const LOADER: &str = "gltf 1.4.1";
 /// File name extensions of glTF.
 pub(super) const EXTENSIONS: [&str; 2] = ["glb", "gltf"];
 
+const GLB_MAGIC: &[u8] = b"glTF";
+
 pub(super) fn is_glb(_: &Path, bytes: &[u8]) -> bool {
-    bytes.starts_with(b"glTF")
+    bytes.starts_with(GLB_MAGIC)
 }
 
 /// A JSON object is taken for glTF whatever its name.
@@ -86,45 +88,49 @@ fn open_glb(bytes: &[u8]) -> Result<Glb<'_>> {
 }
 
 pub(super) fn import_gltf(import: &mut Import<'_>) -> Result<()> {
-    import_document(import, without_bom(import.bytes), None)
+    import_document(import, import.bytes, None)
 }
 
-/// The way of a camera of the file at `path`, which has these `bytes`.
+/// A camera of the file in `folder`, which has these `bytes`.
 pub(super) fn camera_path(
-    path: &Path,
+    folder: &Folder,
     bytes: &[u8],
     choice: CameraChoice<'_>,
-) -> Result<CameraPath> {
+) -> Result<ImportedCamera> {
     let glb;
-    let (json, bin) = if is_glb(path, bytes) {
+    let (json, bin) = if bytes.starts_with(GLB_MAGIC) {
         glb = open_glb(bytes)?;
         (&*glb.json, glb.bin.as_deref())
     } else {
-        (without_bom(bytes), None)
+        (bytes, None)
     };
     let document = Document::parse(json)?;
     extensions::check_version(&document.root)?;
-    let folder = Folder::of(path, 0);
-    let buffers = Buffers::new(&document.root, bin, &folder);
+    let buffers = Buffers::new(&document.root, bin, folder);
     let accessors = Accessors::new(&document.root, &buffers);
-    let animations = animation::read(json)?;
-    camera_path::camera_path(&document, &animations, &accessors, choice)
+    let animations = animation::read(&document, json)?;
+    Ok(ImportedCamera {
+        path: camera_path::camera_path(&document, &animations, &accessors, choice)?,
+        files: named_files(&document, folder).collect(),
+    })
 }
 
-/// The standard forbids a byte-order mark; reading past one harms nobody.
-fn without_bom(bytes: &[u8]) -> &[u8] {
-    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
+/// The files that the document names, whether they are read or not.
+fn named_files(document: &Document, folder: &Folder) -> impl Iterator<Item = PathBuf> {
+    let uris = document.uris().filter(|uri| !uri::is_data(uri));
+    let names = uris.flat_map(|uri| uri::file_names(uri).unwrap_or_default());
+    names.map(|name| folder.beside(&name))
 }
 
 fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> Result<()> {
     let document = Document::parse(json)?;
     let root = &document.root;
     extensions::check_version(root)?;
-    for name in extensions::check_required(root)? {
-        import.warn(format_args!(
-            "{name} is required by the file, but does not touch geometry; ignored"
-        ));
+    for warning in extensions::check(root)? {
+        import.warn(warning);
     }
+    let unread = named_files(&document, import.folder);
+    import.scene.unread_files.extend(unread);
     let buffers = Buffers::new(root, bin, import.folder);
     let accessors = Accessors::new(root, &buffers);
     let first_material = import.scene.materials.names.len();
@@ -147,6 +153,8 @@ fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> 
         primitives: Primitives::new(accessors, import.options),
         skipped: Skipped::default(),
         unskinned: 0,
+        instanced_skins: 0,
+        undrawn_instances: 0,
         first_mesh: import.scene.meshes.len(),
     };
     let placed = nodes::place(&document, import.options.scene.as_deref())?;
@@ -155,6 +163,20 @@ fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> 
             "nodes that KHR_node_visibility hides, left out: {}",
             placed.hidden
         ));
+    }
+    for (count, what) in [
+        (
+            placed.listed_again,
+            "nodes listed twice, or by the scene and below another node of it, drawn once",
+        ),
+        (
+            placed.detached,
+            "nodes of the scene below nodes outside it, drawn without the transform of those",
+        ),
+    ] {
+        if count > 0 {
+            import.warn(format_args!("{what}: {count}"));
+        }
     }
     if root.scenes.is_empty() && !root.nodes.is_empty() {
         import.warn("the file has no scene; all its root nodes are taken");
@@ -191,6 +213,10 @@ struct Drawing<'a> {
     skipped: Skipped,
     /// Skinned nodes drawn without their skin.
     unskinned: usize,
+    /// Skinned nodes with instances.
+    instanced_skins: usize,
+    /// Instances of such nodes that could not be placed.
+    undrawn_instances: usize,
     /// Meshes of the files before this one.
     first_mesh: usize,
     /// Materials of the files before this one.
@@ -216,10 +242,18 @@ impl Drawing<'_> {
         let place = || named("mesh", mesh_index.value(), &mesh.name);
 
         let skin = self.skin(placed, node)?;
-        let instances = match skin {
-            None => self.instances(node)?,
-            Some(_) => None,
+        let mut instances = self.instances(node)?;
+        let world_from_object = match &skin {
+            Some(joints) => joints.world_from_vertices(),
+            None => world_from_node,
         };
+        if let (Some(joints), Some(instances)) = (&skin, &mut instances) {
+            self.place_skinned(instances, joints, world_from_node);
+        } else {
+            for node_from_instance in instances.iter_mut().flatten() {
+                *node_from_instance = world_from_node * *node_from_instance;
+            }
+        }
         let weights = node.weights.as_ref().or(mesh.weights.as_ref());
 
         // Read every primitive once, before the instances multiply it.
@@ -280,15 +314,11 @@ impl Drawing<'_> {
                 primitive,
             }));
         };
-        match (instances, skin) {
-            (_, Some(_)) => draw(DAffine3::IDENTITY, name),
-            (None, None) => draw(world_from_node, name),
-            (Some(instances), None) => {
-                for (number, node_from_instance) in instances.into_iter().enumerate() {
-                    draw(
-                        world_from_node * node_from_instance,
-                        &format!("{name}[{number}]"),
-                    );
+        match instances {
+            None => draw(world_from_object, name),
+            Some(instances) => {
+                for (number, world_from_instance) in instances.into_iter().enumerate() {
+                    draw(world_from_instance, &format!("{name}[{number}]"));
                 }
             }
         }
@@ -312,6 +342,31 @@ impl Drawing<'_> {
             .map(|instancing| nodes::instances(self.primitives.accessors(), &instancing))
             .transpose()
             .map_err(|error| error.within(NAME))
+    }
+
+    /// Turns the transforms of a skinned node's instances, each within the node, into those of its objects.
+    ///
+    /// glTF says nothing about skins and instances together: a skin ignores its node's transform, an instance is
+    /// placed by it. Here the skin poses the vertices first, then the instance moves them within the node, as it moves
+    /// those of a mesh without a skin. A node that flattens everything has no such space; one object is left.
+    fn place_skinned(
+        &mut self,
+        instances: &mut Vec<DAffine3>,
+        joints: &skin::Joints,
+        world_from_node: DAffine3,
+    ) {
+        let world_from_vertices = joints.world_from_vertices();
+        let node_from_world = world_from_node.inverse();
+        self.instanced_skins += 1;
+        if !node_from_world.is_finite() {
+            self.undrawn_instances += instances.len().saturating_sub(1);
+            instances.truncate(1);
+            instances.fill(world_from_vertices);
+            return;
+        }
+        for instance in instances {
+            *instance = world_from_node * *instance * node_from_world * world_from_vertices;
+        }
     }
 
     /// The joint matrices of a skinned node; `None` for others and where the skin cannot be applied.
@@ -371,6 +426,19 @@ impl Drawing<'_> {
             import.warn(format_args!(
                 "skinned nodes with joints outside the scene, drawn under their own transform: {}",
                 self.unskinned
+            ));
+        }
+        if self.instanced_skins > 0 {
+            import.warn(format_args!(
+                "skinned nodes with EXT_mesh_gpu_instancing, which glTF leaves undefined, posed once and then drawn at \
+                 every instance: {}",
+                self.instanced_skins
+            ));
+        }
+        if self.undrawn_instances > 0 {
+            import.warn(format_args!(
+                "instances of skinned nodes whose transform has no inverse, left out: {}",
+                self.undrawn_instances
             ));
         }
     }
