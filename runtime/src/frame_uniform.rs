@@ -13,6 +13,12 @@
 //! true fragment is what the padding of the bounds is for. Neither relies on where the rasterizer puts the
 //! geometry.
 //!
+//! `d` is a finite number, because `hroc_keeps` refuses any other. A rasterizer that divides by the area of a triangle
+//! before it snaps the corners finds infinity or NaN where they lie on one line, and snapping can give that triangle
+//! pixels to cover. The argument cannot speak of such a fragment: all comparisons with NaN are false, `clamp` makes 0 or
+//! 1 of it, and the depth buffer holds 0 or 1 as the driver likes. No true fragment is refused: its depth lies
+//! between the depths of the triangle's clipped corners, and they are finite.
+//!
 //! Roundoff unit `u = 2^-23` (Vulkan lets an operation return either neighbour); `S` bounds `|x|_1 + |eye|_1`
 //! over the scene; `a` is the tangent of half the larger field of view, jitter included (0 for an
 //! orthographic camera); `W` is the larger side of the image in pixels. A step is the rasterizer's subpixel

@@ -251,6 +251,9 @@ pub fn is_kept(
     position: Vec2,
     depth: f32,
 ) -> bool {
+    if !depth.is_finite() {
+        return false;
+    }
     let b = grown(
         frame,
         bounds,

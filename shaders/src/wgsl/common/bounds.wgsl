@@ -10,6 +10,7 @@ const BROKEN_DEPTH: u32 = 2;
 const BROKEN_SLAB: u32 = 3;
 const BROKEN_NEAR: u32 = 4;
 const BROKEN_PRUNING: u32 = 5;
+const BROKEN_FINITE: u32 = 6;
 
 // Widens the interval of the slab test: 24 * 2^-23 covers the rounding of both its ends, here and where the same
 // was asked before (frame_uniform.rs, "Two pipelines").
@@ -181,8 +182,19 @@ fn shows_within(t: f32, depth: f32, share: f32) -> bool {
     return earliest_depth(t, share) - tolerance <= depth;
 }
 
+// Whether `x` is neither infinite nor NaN. This goes by the bits, because a compiler may assume that every float is
+// finite and drop a comparison such as `x == x`.
+fn is_finite(x: f32) -> bool {
+    return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
+}
+
 // Whether a host's fragment at `position` lies within its object's bounds: what every test of the same ray finds.
 fn is_kept(bounds: Box, position: vec4f) -> bool {
+    // A rasterizer may give a triangle of no area a depth that is NaN. `clamp` turns it into 0 or 1, one of which lies
+    // within every bounds, while the depth buffer may hold the other.
+    if (!is_finite(position.z) && BROKEN != BROKEN_FINITE) {
+        return false;
+    }
     let box = grown(
         bounds,
         KEPT_PADDING * frame.padding_everywhere,
