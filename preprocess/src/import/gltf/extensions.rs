@@ -179,7 +179,7 @@ pub(super) fn check(root: &Root) -> Result<Vec<String>> {
             )));
         } else {
             warnings.push(format!(
-                "{name:?} is used by the file and not known here; geometry that it adds or moves is not baked so"
+                "{name:?} is used by the file and not known here; what it adds or moves is missing from the bake"
             ));
         }
     }
