@@ -12,8 +12,13 @@ pub fn refuse_inputs<'a>(
     read: impl IntoIterator<Item = &'a Path>,
     what: &str,
 ) -> Result<(), String> {
+    let outputs: Vec<(&Path, Identity)> = outputs
+        .iter()
+        .map(|path| (*path, Identity::of(path)))
+        .collect();
     for input in read {
-        if let Some(output) = outputs.iter().find(|output| is_same_file(output, input)) {
+        let input = Identity::of(input);
+        if let Some((output, _)) = outputs.iter().find(|(_, output)| *output == input) {
             return Err(format!(
                 "{}: {what}; name another file to write",
                 output.display()
@@ -43,14 +48,39 @@ pub fn refuse_repetitions(outputs: &[(&str, &Path)]) -> Result<(), String> {
 /// Whether two paths lead to one file, or will where neither is there yet: by a hard link, a symbolic link, another
 /// spelling of a folder, or letters of another case where the file system does not tell them apart.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
-    // Only regular files are opened: a pipe would wait for somebody to write to it.
-    if a.is_file()
-        && b.is_file()
-        && let Ok(is_same) = same_file::is_same_file(a, b)
-    {
-        return is_same;
+    Identity::of(a) == Identity::of(b)
+}
+
+/// What tells files apart.
+enum Identity {
+    /// A file that is there.
+    File(same_file::Handle),
+    /// The place of one that is not there or cannot be opened.
+    Place(PathBuf),
+    /// A path that leads nowhere.
+    Nowhere,
+}
+
+impl Identity {
+    fn of(path: &Path) -> Self {
+        // Only regular files are opened: a pipe would wait for somebody to write to it.
+        if path.is_file()
+            && let Ok(file) = same_file::Handle::from_path(path)
+        {
+            return Self::File(file);
+        }
+        resolved(path).map_or(Self::Nowhere, Self::Place)
     }
-    matches!((resolved(a), resolved(b)), (Some(a), Some(b)) if a == b)
+}
+
+impl PartialEq for Identity {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::File(a), Self::File(b)) => a == b,
+            (Self::Place(a), Self::Place(b)) => a == b,
+            _ => false,
+        }
+    }
 }
 
 /// The path without links and dots; of a file that is not there, its folder's.

@@ -133,3 +133,23 @@ impl StudyError {
         move |source| Self::Output { path, source }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_device_cannot_do_comes_with_advice_for_the_user() {
+        let error = StudyError::from(UploadError::TooLarge {
+            what: "vertices",
+            bytes: 2,
+            limit: 1,
+        });
+        let text = error.to_string();
+        assert_eq!(error.exit_code(), exit::DEVICE);
+        assert!(
+            text.contains("limit of 1 bytes; choose another device with --adapter"),
+            "{text}"
+        );
+    }
+}
