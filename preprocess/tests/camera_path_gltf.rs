@@ -123,6 +123,39 @@ fn a_camera_at_rest_has_one_key() {
 }
 
 #[test]
+fn the_way_is_that_of_the_camera_in_the_baked_scene() {
+    let mut file = File::new();
+    file.channel(
+        1,
+        "translation",
+        "LINEAR",
+        &[0.0, 1.0],
+        &[0.0, 2.0, 0.0, 4.0, 2.0, 0.0],
+    );
+    // The scene is moved; the center is in the axes of the globe.
+    file.root["extensions"] = json!({ "CESIUM_RTC": { "center": [4e6, 3.0, 5e6] } });
+    let start = DVec3::new(4e6 + 10.0, 5e6 + 2.0, -3.0);
+    assert_eq!(position(&file.path(), 0.0), start);
+    assert_eq!(position(&file.path(), 1.0), start + 4.0 * DVec3::X);
+    // Integers of animations too may be written as floats, and a byte-order mark may come first.
+    for (plain, float) in [
+        ("\"node\":1", "\"node\":1.0"),
+        ("\"input\":0", "\"input\":0e0"),
+    ] {
+        let text = file.root.to_string();
+        assert!(text.contains(plain), "{text}");
+        file.root = serde_json::from_str(&text.replace(plain, float)).unwrap();
+    }
+    assert_eq!(position(&file.path(), 1.0), start + 4.0 * DVec3::X);
+    // A parent outside the scene moves nothing.
+    file.root["scenes"][0]["nodes"] = json!([1]);
+    assert_eq!(position(&file.path(), 0.0), start - 10.0 * DVec3::X);
+    let json = format!("\u{feff}{}", file.path().to_json());
+    let path = CameraPath::parse(json.as_bytes(), "film.path.json".as_ref()).unwrap();
+    assert_eq!(position(&path, 0.0), start - 10.0 * DVec3::X);
+}
+
+#[test]
 fn an_orthographic_camera_with_near_zero_gets_a_near_plane() {
     let mut file = File::new();
     file.root["cameras"][0] = json!({ "type": "orthographic",
