@@ -1079,6 +1079,19 @@ fn instances_of_a_skinned_mesh_are_drawn_and_told() {
 }
 
 #[test]
+fn instances_that_lie_nowhere_are_refused() {
+    let mut file = File::triangle();
+    let translation = file.floats("VEC3", &[0.0, 0.0, 0.0, 1e38, 0.0, 0.0]);
+    file.root["nodes"][0]["scale"] = json!([1e300, 1.0, 1.0]);
+    file.root["nodes"][0]["extensions"] =
+        json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": translation } } });
+    assert_names(
+        &file.error(),
+        &["node 0: the transform of instance 1 is not finite"],
+    );
+}
+
+#[test]
 fn instances_may_have_attributes_of_the_application_alone() {
     let mut file = File::triangle();
     let id = file.accessor(UNSIGNED_BYTE, "SCALAR", 3, &[0, 1, 2]);
