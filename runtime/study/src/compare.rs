@@ -120,8 +120,12 @@ impl Comparison {
         unique(self.runs.iter().map(RunResults::label))
     }
 
-    /// Whether a contender that claims to be exact is not.
+    /// Whether a contender that claims to be exact is not, or no culling has faults of its own.
     pub fn failed(&self) -> bool {
+        let has_faults = |run: &RunResults| run.faults().next().is_some();
+        if self.runs.iter().any(has_faults) {
+            return true;
+        }
         let exact = self.runs.iter().filter(|run| run.is_exact());
         exact
             .filter_map(RunResults::errors)
@@ -240,6 +244,7 @@ impl Comparison {
                     == (course.frames, course.repeats, course.size)
                 && run.depth == course.depth.name()
                 && run.errors().is_some() == course.check
+                && run.no_culling.is_some() == course.check
                 && run.scene.hash.as_ref() == Some(&*scene_hash)
         };
         let is_same = self.host == earlier.host
@@ -278,6 +283,7 @@ pub(crate) fn unique<T: PartialEq>(values: impl IntoIterator<Item = T>) -> Vec<T
 pub(crate) mod tests {
     use super::*;
     use crate::results::tests::sample;
+    use crate::unculled::{Fault, FaultKind};
 
     /// Two scenes, with some contenders each.
     pub(crate) fn two_scenes() -> Comparison {
@@ -316,6 +322,13 @@ pub(crate) mod tests {
         assert!(comparison.failed());
         comparison.runs[1].exactness = "approximate".into();
         assert!(!comparison.failed());
+        // Whatever the method claims: the truth itself is wrong.
+        comparison.runs[1].per_frame[0].fault = Some(Fault {
+            kind: FaultKind::StrayKept,
+            pixel: [0, 0],
+            object: 1,
+        });
+        assert!(comparison.failed());
     }
 
     #[test]

@@ -92,6 +92,19 @@ pub fn false_negatives(run: &RunResults) -> Option<f64> {
     Some(run.errors()?[1] as f64 / run.per_frame.len() as f64)
 }
 
+/// Mean number of pixels where no culling shows something else without `hroc_keeps`, likewise; `None` where there are
+/// none, which is the rule.
+pub fn removed(run: &RunResults) -> Option<f64> {
+    let removed = run.no_culling?.removed.all();
+    (removed > 0).then(|| removed as f64 / run.per_frame.len() as f64)
+}
+
+/// Mean number of pixels that show strays where nothing is discarded, likewise.
+pub fn strays(run: &RunResults) -> Option<f64> {
+    let strays = run.no_culling?.strays;
+    (strays > 0).then(|| strays as f64 / run.per_frame.len() as f64)
+}
+
 /// C/N: culled objects, of all.
 pub fn culled_of_all(run: &RunResults) -> Option<f64> {
     let objects = run.scene.objects as f64;
@@ -119,6 +132,7 @@ pub fn ratio(a: f64, b: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::results::NoCulling;
     use crate::results::tests::sample;
 
     #[test]
@@ -133,6 +147,9 @@ mod tests {
         assert_eq!(culled_of_all(&run), Some(0.5));
         assert_eq!(culled_of_hidden(&run), Some(5.0 / 6.0));
         assert_eq!(cull_rate_in_frustum(&run), Some(0.75));
+        assert_eq!((removed(&run), strays(&run)), (Some(2.0), Some(3.0)));
+        run.no_culling = Some(NoCulling::default());
+        assert_eq!((removed(&run), strays(&run)), (None, None));
         run.per_frame[0].wrong_pixels = Some(3);
         assert_eq!(
             (wrong_pixels(&run), false_negatives(&run)),

@@ -6,6 +6,8 @@ use std::collections::BTreeMap;
 use hroc_methods::HardwareTimes;
 use serde::{Deserialize, Serialize};
 
+use crate::unculled::{Fault, Removed};
+
 /// The JSON's version.
 pub const SCHEMA: u32 = 1;
 /// Frames at the start that averages leave out, as in the paper: caches and history are cold.
@@ -56,7 +58,37 @@ pub struct RunResults {
     /// Fragments per pixel of one frame; only where they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub overdraw: Option<Overdraw>,
+    /// What is wrong with no culling itself; `None` in a run without the check.
+    #[serde(default)]
+    pub no_culling: Option<NoCulling>,
     pub per_frame: Vec<Frame>,
+}
+
+/// What the fragments of no culling say about `hroc_keeps`, summed over the frames. See [`crate::unculled`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NoCulling {
+    /// Pixels where `hroc_keeps` changes what shows, by what it removes.
+    pub removed: Removed,
+    /// Pixels that show a fragment outside its object's padded bounds where nothing is discarded.
+    pub strays: usize,
+    /// Pixels that show such a fragment in spite of `hroc_keeps`.
+    pub kept_strays: usize,
+    /// Frames with a fault: a true fragment was removed, or a stray was kept.
+    pub faulty_frames: usize,
+}
+
+impl NoCulling {
+    /// The sums; `None` where a frame was not judged.
+    pub fn of(frames: &[Frame]) -> Option<Self> {
+        let mut sums = Self::default();
+        for frame in frames {
+            sums.removed += frame.removed?;
+            sums.strays += frame.strays?;
+            sums.kept_strays += frame.kept_strays?;
+            sums.faulty_frames += usize::from(frame.fault.is_some());
+        }
+        Some(sums)
+    }
 }
 
 const fn once() -> u32 {
@@ -228,6 +260,18 @@ pub struct Frame {
     pub false_negatives: Option<usize>,
     /// Pixels of right depth with another object's id.
     pub depth_ties: Option<usize>,
+    /// Pixels where no culling shows something else without `hroc_keeps`, by what was removed.
+    #[serde(default)]
+    pub removed: Option<Removed>,
+    /// Pixels of no culling without `hroc_keeps` whose fragment lies outside its object's padded bounds.
+    #[serde(default)]
+    pub strays: Option<usize>,
+    /// Pixels of no culling with `hroc_keeps` whose fragment does.
+    #[serde(default)]
+    pub kept_strays: Option<usize>,
+    /// The first fragment of no culling that `hroc_keeps` judged wrongly, if any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fault: Option<Fault>,
     /// Hidden objects in the view volume that were not drawn, as a share of the hidden objects in it;
     /// `None` also where none is hidden.
     pub cull_rate: Option<f64>,
@@ -318,6 +362,12 @@ impl RunResults {
         self.exactness == crate::registry::Exactness::Exact.name()
     }
 
+    /// The faults of no culling, a line for each frame that has one.
+    pub fn faults(&self) -> impl Iterator<Item = String> {
+        let frames = self.per_frame.iter().enumerate();
+        frames.filter_map(|(number, frame)| Some(format!("frame {number}, {}", frame.fault?)))
+    }
+
     /// The JSON text.
     pub fn to_json(&self) -> String {
         let mut json = serde_json::to_string_pretty(self).expect("results become JSON");
@@ -349,6 +399,7 @@ impl RunResults {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::unculled::FaultKind;
 
     pub(crate) fn sample() -> RunResults {
         let frame = |frame_ms| Frame {
@@ -358,6 +409,13 @@ pub(crate) mod tests {
             wrong_pixels: Some(0),
             false_negatives: Some(0),
             depth_ties: Some(1),
+            removed: Some(Removed {
+                stray: 2,
+                ..Default::default()
+            }),
+            strays: Some(3),
+            kept_strays: Some(0),
+            fault: None,
             cull_rate: Some(0.75),
             sets: SetSizes {
                 v: Some(4),
@@ -375,6 +433,7 @@ pub(crate) mod tests {
                 ..Default::default()
             },
         };
+        let frames = [100.0, 100.0, 100.0, 100.0, 2.0, 4.0].map(frame).to_vec();
         RunResults {
             schema: SCHEMA,
             scene: SceneInfo {
@@ -417,7 +476,8 @@ pub(crate) mod tests {
             },
             warnings: vec![Warning::EmptyScene, Warning::NoWarmUp { frames: 2 }],
             overdraw: None,
-            per_frame: [100.0, 100.0, 100.0, 100.0, 2.0, 4.0].map(frame).to_vec(),
+            no_culling: NoCulling::of(&frames),
+            per_frame: frames,
         }
     }
 
@@ -446,11 +506,13 @@ pub(crate) mod tests {
         for (at, expected) in [
             (
                 "",
-                "schema scene path path_hash method mode exactness knobs grouping box_cost split size frames repeats depth adapter paths memory_bytes warnings per_frame",
+                "schema scene path path_hash method mode exactness knobs grouping box_cost split size frames repeats depth adapter paths memory_bytes warnings no_culling per_frame",
             ),
             ("/scene", "name objects triangles file_bytes hash"),
             ("/adapter", "name driver backend"),
             ("/paths", "submission early_z subpixel_step_px clock"),
+            ("/no_culling", "removed strays kept_strays faulty_frames"),
+            ("/per_frame/0/removed", "stray not_finite true"),
             ("/per_frame/0/sets", "V O G U D"),
             (
                 "/per_frame/0/counters",
@@ -458,7 +520,7 @@ pub(crate) mod tests {
             ),
             (
                 "/per_frame/0",
-                "visible in_frustum pvs wrong_pixels false_negatives depth_ties cull_rate sets frame_ms gpu_ms stages_ms counters",
+                "visible in_frustum pvs wrong_pixels false_negatives depth_ties removed strays kept_strays cull_rate sets frame_ms gpu_ms stages_ms counters",
             ),
         ] {
             let mut found = names(value.pointer(at).unwrap());
@@ -466,12 +528,18 @@ pub(crate) mod tests {
             assert_eq!(found, sorted(expected), "{at}");
         }
         assert!(value["per_frame"][0]["sets"]["O"].is_null());
-        // Results of before there were hashes.
+        // Results of before there were hashes, and before no culling was judged.
         let mut old = value.clone();
         old.as_object_mut().unwrap().remove("path_hash");
+        old.as_object_mut().unwrap().remove("no_culling");
+        for name in ["removed", "strays", "kept_strays"] {
+            let frame = &mut old["per_frame"][0];
+            frame.as_object_mut().unwrap().remove(name);
+        }
         old["scene"].as_object_mut().unwrap().remove("hash");
         let old = serde_json::from_value::<RunResults>(old).unwrap();
         assert_eq!((old.path_hash, old.scene.hash), (None, None));
+        assert_eq!((old.no_culling, old.per_frame[0].removed), (None, None));
         assert_eq!(value["warnings"][1]["kind"], "no_warm_up");
     }
 
@@ -489,6 +557,19 @@ pub(crate) mod tests {
         assert_eq!(results.errors(), Some([0, 0]));
         results.per_frame[1].wrong_pixels = Some(3);
         assert_eq!(results.errors(), Some([3, 0]));
+        let fault = Fault {
+            kind: FaultKind::TrueRemoved,
+            pixel: [5, 6],
+            object: 7,
+        };
+        results.per_frame[3].fault = Some(fault);
+        let sums = NoCulling::of(&results.per_frame).unwrap();
+        assert_eq!((sums.removed.all(), sums.strays), (12, 18));
+        assert_eq!((sums.kept_strays, sums.faulty_frames), (0, 1));
+        let lines = results.faults().collect::<Vec<_>>();
+        assert_eq!(lines, [format!("frame 3, {fault}")]);
+        results.per_frame[0].removed = None;
+        assert_eq!(NoCulling::of(&results.per_frame), None);
         results.per_frame[2].wrong_pixels = None;
         assert_eq!(results.errors(), None);
         results.per_frame.truncate(3);

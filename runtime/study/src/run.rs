@@ -37,7 +37,8 @@ use crate::gpu::Gpu;
 use crate::hash;
 use crate::image::Image;
 use crate::results::{
-    AdapterInfo, Hardware, Memory, Paths, RunResults, SCHEMA, SceneInfo, WARM_UP_FRAMES, Warning,
+    AdapterInfo, Hardware, Memory, NoCulling, Paths, RunResults, SCHEMA, SceneInfo, WARM_UP_FRAMES,
+    Warning,
 };
 use crate::targets::FrameTargets;
 
@@ -164,6 +165,7 @@ fn results(bench: &Bench<'_>, warnings: &[Warning], entrant: Entrant<'_>) -> Run
             tree: tree.map_or(0, hroc_runtime::Tree::memory_bytes),
             method: entrant.method_bytes,
         },
+        no_culling: NoCulling::of(&entrant.frames),
         warnings: warnings.to_vec(),
         overdraw: entrant.overdraw,
         per_frame: entrant.frames,

@@ -1,7 +1,7 @@
 //! A run in a few lines for people.
 
 use crate::metrics;
-use crate::results::{Frame, RunResults};
+use crate::results::{Frame, NoCulling, RunResults};
 use crate::statistics::percentile;
 use crate::table::markdown;
 
@@ -132,6 +132,27 @@ fn rows(results: &RunResults) -> Vec<[String; 2]> {
             ),
         ]);
     }
+    if let Some(NoCulling {
+        removed,
+        strays,
+        kept_strays,
+        ..
+    }) = results.no_culling
+    {
+        rows.extend([
+            (
+                "removed by hroc_keeps: strays, not finite, true (pixels)".to_owned(),
+                format!(
+                    "{}, {}, {}",
+                    removed.stray, removed.not_finite, removed.true_
+                ),
+            ),
+            (
+                "strays without hroc_keeps, and with it (pixels)".to_owned(),
+                format!("{strays}, {kept_strays}"),
+            ),
+        ]);
+    }
     rows.retain(|(_, value)| value != ABSENT);
     rows.into_iter()
         .map(|(name, value)| [name, value])
@@ -175,7 +196,9 @@ mod tests {
         assert_eq!(value("culled / hidden, in"), "75.00 %");
         assert_eq!(value("pack, median"), "0.250");
         assert_eq!(value("depth ties"), "6");
-        assert!(!text.contains("rays"));
+        assert_eq!(value("removed by"), "12, 0, 0");
+        assert_eq!(value("strays without"), "18, 0");
+        assert!(!text.contains("| rays") && !text.contains("| ray-box"));
         assert!(text.contains("warning: the scene has no objects"));
     }
 }

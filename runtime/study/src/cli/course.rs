@@ -7,7 +7,7 @@ use hroc_format::BakedScene;
 use hroc_runtime::Grouping;
 
 use super::run::{parse_size, progress_bar};
-use super::{Depth, camera_path, open_scene, path_name, to_stdout};
+use super::{Depth, camera_path, open_scene, path_name, report_faults, to_stdout};
 use crate::camera_path::CameraPath;
 use crate::compare::{Comparison, Kind, SceneTrees, Selection, unique};
 use crate::error::{StudyError, exit};
@@ -284,6 +284,7 @@ pub(super) fn finish(folder: &Path, comparison: &Comparison) -> Result<u8, Study
         "\nreport: {}\n",
         folder.join(report::PAGE).display()
     ))?;
+    report_faults(&comparison.runs);
     Ok(if comparison.failed() {
         exit::CHECK_FAILED
     } else {

@@ -7,7 +7,9 @@ use clap::{Args, ValueEnum};
 use hroc_runtime::{DeviceProfile, EarlyZ, Grouping, Submission, readback};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Depth, Destination, JsonOutput, camera_path, open_scene, path_name, to_stdout};
+use super::{
+    Depth, Destination, JsonOutput, camera_path, open_scene, path_name, report_faults, to_stdout,
+};
 use crate::error::{StudyError, exit};
 use crate::gpu::{Gpu, GpuError, GpuOptions};
 use crate::gpu_clock::ClockChoice;
@@ -209,6 +211,9 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
     progress.finish_and_clear();
     let results = results?;
     outputs.finish(&results)?;
+    if report_faults(std::slice::from_ref(&results)) {
+        return Ok(exit::CHECK_FAILED);
+    }
     Ok(match results.errors() {
         Some(errors) if errors != [0, 0] && mode.exactness == Exactness::Exact => {
             exit::CHECK_FAILED

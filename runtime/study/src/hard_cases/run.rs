@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use hroc_format::{ArchivedScene, BakedScene};
+use hroc_format::{ArchivedScene, BakedScene, Bounds};
 use hroc_methods::Recorded;
 use hroc_runtime::moving::MovingObjects;
 use hroc_runtime::{
-    CameraError, CullingMethod, DepthConvention, DeviceProfile, FrameContext, Grouping, Noc, Scene,
-    Tree,
+    CameraError, CullingMethod, DepthConvention, DeviceProfile, FrameContext, FrameUniform,
+    Grouping, Noc, Scene, Tree, readback,
 };
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::{CaseFrame, CaseScene, HardCase, Scale};
 use crate::blended_truth::BlendedTruth;
 use crate::check::FrameCheck;
-use crate::drawer::ObjectDrawer;
+use crate::drawer::{Guard, ObjectDrawer};
 use crate::drawn::Drawn;
 use crate::error::StudyError;
 use crate::gpu::Gpu;
@@ -24,6 +24,7 @@ use crate::registry::{Exactness, Knobs, Method, Mode, Parts, feature_names};
 use crate::results::AdapterInfo;
 use crate::table;
 use crate::targets::FrameTargets;
+use crate::unculled::{self, Fault, Judgement, Removed, Unculled};
 
 /// The JSON's version.
 pub const SCHEMA: u32 = 1;
@@ -80,7 +81,55 @@ pub struct CaseResult {
     pub views: usize,
     /// From nothing to trees, ms.
     pub bake_ms: f64,
+    /// No culling itself, in each depth convention.
+    #[serde(default)]
+    pub no_culling: Vec<CaseNoCulling>,
     pub runs: Vec<MethodResult>,
+}
+
+/// What the fragments of no culling say about `hroc_keeps`, over a case; see [`crate::unculled`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct CaseNoCulling {
+    /// `standard` or `reversed`.
+    pub depth: String,
+    /// Pixels, summed over frames, as the next two.
+    pub removed: Removed,
+    pub strays: usize,
+    pub kept_strays: usize,
+    /// The first fault of each frame that has one.
+    pub faults: Vec<CaseFault>,
+}
+
+/// A fragment that `hroc_keeps` judged wrongly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct CaseFault {
+    pub frame: usize,
+    pub size: [u32; 2],
+    #[serde(flatten)]
+    pub fault: Fault,
+}
+
+impl CaseNoCulling {
+    fn new(depth: DepthConvention) -> Self {
+        Self {
+            depth: depth.name().to_owned(),
+            removed: Removed::default(),
+            strays: 0,
+            kept_strays: 0,
+            faults: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, frame: usize, size: [u32; 2], judgement: &Judgement) {
+        self.removed += judgement.removed;
+        self.strays += judgement.strays;
+        self.kept_strays += judgement.kept_strays;
+        let fault = judgement.first_fault;
+        self.faults
+            .extend(fault.map(|fault| CaseFault { frame, size, fault }));
+    }
 }
 
 /// A method, in one of its modes, with one tree and one depth convention, over a case.
@@ -183,9 +232,11 @@ fn run_case(
         .iter()
         .flat_map(|method| stage.variants(method, &options.paths))
         .collect::<Vec<_>>();
-    let mut runs = Vec::new();
+    let (mut runs, mut no_culling) = (Vec::new(), Vec::new());
     for depth in DepthConvention::ALL {
-        runs.extend(stage.run(&generated, &variants, depth, options.size)?);
+        let (found, judged) = stage.run(&generated, &variants, depth, options.size)?;
+        runs.extend(found);
+        no_culling.push(judged);
     }
     let scene = baked.scene();
     Ok(CaseResult {
@@ -195,6 +246,7 @@ fn run_case(
         triangles: scene.drawn_triangle_count(),
         views: generated.view_count(),
         bake_ms,
+        no_culling,
         runs,
     })
 }
@@ -271,13 +323,16 @@ impl<'a> Stage<'a> {
         variants: &[Variant<'_>],
         depth: DepthConvention,
         size: [u32; 2],
-    ) -> Result<Vec<MethodResult>, StudyError> {
+    ) -> Result<(Vec<MethodResult>, CaseNoCulling), StudyError> {
         let device = &self.gpu.device;
         let size_of = |frame: &CaseFrame| frame.size.unwrap_or(size);
         let first_size = case.frames.first().map_or(size, size_of);
         self.gpu.check_size(first_size)?;
         let mut targets = FrameTargets::new(device, first_size);
-        let mut drawer = ObjectDrawer::with_holes(device, &self.scene, &targets, depth, true);
+        let mut drawers = [Guard::Snippet, Guard::Off, Guard::Finite].map(|guard| {
+            ObjectDrawer::with_guard(device, &self.scene, &targets, depth, true, guard)
+        });
+        let mut judged = CaseNoCulling::new(depth);
         let mut truth = Noc::new(device, &self.scene, depth);
         let blended = BlendedTruth::new(self.gpu, self.baked.scene(), &self.scene, depth);
         let recorded = Recorded::default();
@@ -297,7 +352,9 @@ impl<'a> Stage<'a> {
             if targets.targets().size != size {
                 self.gpu.check_size(size)?;
                 targets = FrameTargets::new(device, size);
-                drawer.draw_into(&targets);
+                for drawer in &mut drawers {
+                    drawer.draw_into(&targets);
+                }
             }
             if let Some(motion) = &case.motion {
                 let baked = self.baked.scene();
@@ -309,7 +366,17 @@ impl<'a> Stage<'a> {
                 frame,
                 number,
             };
-            let (truth, _) = self.draw(&mut truth, &mut drawer, &view)?;
+            let [drawer, plain, finite] = &mut drawers;
+            // The truth last: it stays in the targets.
+            let (plain, _) = self.draw(&mut truth, plain, &view)?;
+            let (finite, _) = self.draw(&mut truth, finite, &view)?;
+            let (truth, _) = self.draw(&mut truth, drawer, &view)?;
+            let images = Unculled {
+                kept: &truth,
+                plain: &plain,
+                finite: &finite,
+            };
+            judged.add(number, size, &self.judge(images, &view, depth)?);
             let mut visible = truth.visible();
             if let Some(blended) = &blended {
                 let shown = blended.shown(self.gpu, &scene, &frame.camera, targets.targets());
@@ -317,7 +384,7 @@ impl<'a> Stage<'a> {
             }
             recorded.show(visible.words());
             for (method, result) in methods[frame.view].iter_mut().zip(&mut results) {
-                let (image, ms) = self.draw(&mut **method, &mut drawer, &view)?;
+                let (image, ms) = self.draw(&mut **method, drawer, &view)?;
                 let drawn = Drawn::read(self.gpu, &**method).all();
                 let check = FrameCheck::new(&truth, &image, &visible, &drawn);
                 result.add(number, size, check, drawn.len(), ms);
@@ -325,7 +392,31 @@ impl<'a> Stage<'a> {
         }
         // What moved out of the tree must be back for the next depth convention.
         self.restore(&mut moving, &mut scene);
-        Ok(results)
+        Ok((results, judged))
+    }
+
+    /// Judges the images of a frame of no culling.
+    fn judge(
+        &self,
+        images: Unculled<'_>,
+        view: &View<'_>,
+        depth: DepthConvention,
+    ) -> Result<Judgement, StudyError> {
+        let size = view.targets.targets().size;
+        let uniform = FrameUniform::new(&view.frame.camera, depth, size, &view.scene.shape)
+            .map_err(|source| view.error(source))?;
+        // From the device: objects that move have bounds nowhere else.
+        let words = readback::words(&self.gpu.device, &self.gpu.queue, &view.scene.object_bounds);
+        let bounds = bytemuck::cast_slice::<u32, [[f32; 3]; 2]>(
+            &words[..view.scene.shape.object_count as usize * 6],
+        );
+        let bounds = bounds.iter().map(|&[min, max]| Bounds { min, max });
+        Ok(unculled::judge(
+            images,
+            &uniform,
+            depth,
+            &bounds.collect::<Vec<_>>(),
+        ))
     }
 
     /// Shows every object of the bake again and removes all others.
@@ -501,12 +592,13 @@ impl MethodResult {
 }
 
 impl HardCaseResults {
-    /// A method that claims to be exact was not.
+    /// A method that claims to be exact was not, or no culling has faults of its own.
     pub fn failed(&self) -> bool {
-        self.cases
-            .iter()
-            .flat_map(|case| &case.runs)
-            .any(MethodResult::failed)
+        let failed = |case: &CaseResult| {
+            case.runs.iter().any(MethodResult::failed)
+                || (case.no_culling.iter()).any(|judged| !judged.faults.is_empty())
+        };
+        self.cases.iter().any(failed)
     }
 
     /// As JSON, with a line's end.
@@ -556,7 +648,7 @@ impl HardCaseResults {
             "visible",
             "ms/frame",
         ];
-        let mut text = table::markdown(head, rows);
+        let mut text = table::markdown(head, rows) + &self.no_culling_table();
         for skipped in &self.skipped {
             text += &format!(
                 "\nleft out: {} needs {}, which this device lacks\n",
@@ -564,6 +656,18 @@ impl HardCaseResults {
             );
         }
         for case in &self.cases {
+            for judged in &case.no_culling {
+                if let Some(CaseFault { frame, size, fault }) = judged.faults.first() {
+                    text += &format!(
+                        "\nFAILED: {} without culling ({} depth): {} frames have faults, first frame {frame} at {}x{}, {fault}\n",
+                        case.case,
+                        judged.depth,
+                        judged.faults.len(),
+                        size[0],
+                        size[1],
+                    );
+                }
+            }
             for run in case.runs.iter().filter(|run| run.failed()) {
                 let Failure {
                     frame,
@@ -586,6 +690,45 @@ impl HardCaseResults {
             }
         }
         text
+    }
+}
+
+impl HardCaseResults {
+    /// Pixels of no culling that `hroc_keeps` changes and pixels that show strays, of the cases that have any.
+    fn no_culling_table(&self) -> String {
+        let judged = self
+            .cases
+            .iter()
+            .flat_map(|case| case.no_culling.iter().map(move |judged| (case, judged)));
+        let rows = judged
+            .filter(|(_, judged)| judged.removed.all() + judged.strays + judged.kept_strays > 0)
+            .map(|(case, judged)| {
+                let removed = judged.removed;
+                let pixels = [
+                    removed.stray,
+                    removed.not_finite,
+                    removed.true_,
+                    judged.strays,
+                    judged.kept_strays,
+                ];
+                let [stray, not_finite, true_, strays, kept] = pixels.map(|n| n.to_string());
+                let (case, depth) = (case.case.clone(), judged.depth.clone());
+                [case, depth, stray, not_finite, true_, strays, kept]
+            })
+            .collect::<Vec<_>>();
+        if rows.is_empty() {
+            return String::new();
+        }
+        let head = [
+            "without culling, pixels",
+            "depth",
+            "removed strays",
+            "removed, not finite",
+            "removed, true",
+            "strays",
+            "strays kept",
+        ];
+        "\n".to_owned() + &table::markdown(head, rows)
     }
 }
 
@@ -646,6 +789,7 @@ mod tests {
                 triangles: 24,
                 views: 1,
                 bake_ms: 1.0,
+                no_culling: Vec::new(),
                 runs: vec![run],
             }],
         };
@@ -658,5 +802,33 @@ mod tests {
         results.cases[0].runs[0].exactness = Exactness::Approximate.name().to_owned();
         assert!(!results.failed() && !results.markdown().contains("FAILED"));
         assert_eq!(results.cases[0].runs[0].wrong_pixels, 1);
+
+        // A fault of no culling fails the case, whatever the methods claim.
+        let mut judged = CaseNoCulling::new(DepthConvention::Standard);
+        judged.add(0, [8, 4], &Judgement::default());
+        results.cases[0].no_culling.push(judged);
+        assert!(!results.failed());
+        let fault = Fault {
+            kind: unculled::FaultKind::TrueRemoved,
+            pixel: [3, 2],
+            object: 1,
+        };
+        let judgement = Judgement {
+            removed: Removed {
+                true_: 1,
+                ..Default::default()
+            },
+            first_fault: Some(fault),
+            ..Default::default()
+        };
+        results.cases[0].no_culling[0].add(1, [8, 4], &judgement);
+        assert!(results.failed());
+        let told = "FAILED: two-objects without culling (standard depth): 1 frames have faults, first frame 1 at 8x4, pixel (3, 2), object 1";
+        assert!(results.markdown().contains(told), "{}", results.markdown());
+        let table = results.markdown().replace(' ', "");
+        assert!(
+            table.contains("|two-objects|standard|0|0|1|0|0|"),
+            "{table}"
+        );
     }
 }

@@ -21,7 +21,7 @@ const RUN: [&str; 13] = [
     "objects",
     "steady",
 ];
-const FRAME: [&str; 25] = [
+const FRAME: [&str; 30] = [
     "frame",
     "frame_ms",
     "frame_samples_ms",
@@ -33,6 +33,11 @@ const FRAME: [&str; 25] = [
     "wrong_pixels",
     "false_negatives",
     "depth_ties",
+    "removed_stray",
+    "removed_not_finite",
+    "removed_true",
+    "strays",
+    "kept_strays",
     "cull_rate",
     "V",
     "O",
@@ -117,6 +122,11 @@ fn frame_cells(number: usize, frame: &Frame) -> [String; FRAME.len()] {
         optional(frame.wrong_pixels),
         optional(frame.false_negatives),
         optional(frame.depth_ties),
+        optional(frame.removed.map(|removed| removed.stray)),
+        optional(frame.removed.map(|removed| removed.not_finite)),
+        optional(frame.removed.map(|removed| removed.true_)),
+        optional(frame.strays),
+        optional(frame.kept_strays),
         optional(frame.cull_rate),
         optional(sets.v),
         optional(sets.o),
@@ -168,5 +178,7 @@ mod tests {
         assert_eq!((cell(0, "mode"), cell(6, "mode")), ("".into(), "of".into()));
         assert_eq!(cell(12, "knobs"), "late-margin=0.5");
         assert_eq!((cell(0, "V"), cell(0, "O")), ("4".into(), "".into()));
+        let removed = ["removed_stray", "removed_true", "strays"].map(|name| cell(0, name));
+        assert_eq!(removed, ["2", "0", "3"]);
     }
 }

@@ -333,6 +333,12 @@ fn compare(
     frame.wrong_pixels = Some(check.wrong_pixels);
     frame.false_negatives = Some(check.false_negatives);
     frame.depth_ties = Some(check.depth_ties);
+    if let Some(judgement) = truth.judgement {
+        frame.removed = Some(judgement.removed);
+        frame.strays = Some(judgement.strays);
+        frame.kept_strays = Some(judgement.kept_strays);
+        frame.fault = judgement.first_fault;
+    }
     frame.cull_rate = (!hidden.is_empty()).then(|| culled.len() as f64 / hidden.len() as f64);
 }
 

@@ -1,0 +1,44 @@
+//! What is reported where `hroc_keeps` is wrong: no culling, judged with one of its safeguards left out.
+
+use hroc_runtime::{DepthConvention, Mutant};
+use hroc_study::hard_cases::{HardCase, Scale, case};
+use hroc_study::unculled::{Fault, FaultKind};
+use hroc_tests::host::World;
+use hroc_tests::no_culling::{NoCulling, Sums};
+use hroc_tests::{Gpu, gpu};
+
+/// All frames of a case, and the first fault.
+fn judged(
+    gpu: &Gpu,
+    case: &HardCase,
+    depth: DepthConvention,
+    mutant: Mutant,
+) -> (Sums, Option<Fault>) {
+    let scene = (case.make)(Scale::Small);
+    let mut world = World::of_case(gpu, &scene);
+    let size = Scale::Small.size();
+    let mut no_culling = NoCulling::with_mutant(gpu, &world, size, depth, mutant);
+    let (mut sums, mut fault) = (Sums::default(), None);
+    for (number, frame) in scene.frames.iter().enumerate() {
+        world.advance(gpu, number);
+        let (judgement, ..) = no_culling.judge(&world, frame);
+        sums.add(judgement);
+        fault = fault.or(judgement.first_fault);
+    }
+    (sums, fault)
+}
+
+/// Without their padding, bounds lose fragments on their own faces. The truth and every method lose the same ones, so
+/// that no comparison of the two can tell.
+#[test]
+fn a_true_fragment_that_is_removed_is_told() {
+    let Some(gpu) = gpu() else { return };
+    let rooms = case("rooms").unwrap();
+    for depth in DepthConvention::ALL {
+        let (sums, fault) = judged(gpu, rooms, depth, Mutant::Coverage);
+        assert!(sums.removed.true_ > 0, "{depth:?}: {sums:?}");
+        assert_eq!(fault.unwrap().kind, FaultKind::TrueRemoved);
+        let (sums, fault) = judged(gpu, rooms, depth, Mutant::None);
+        assert_eq!((sums.removed.true_, fault), (0, None), "{depth:?}");
+    }
+}
