@@ -33,12 +33,14 @@ fn judged(
 #[test]
 fn a_true_fragment_that_is_removed_is_told() {
     let Some(gpu) = gpu() else { return };
-    let rooms = case("rooms").unwrap();
-    for depth in DepthConvention::ALL {
-        let (sums, fault) = judged(gpu, rooms, depth, Mutant::Coverage);
-        assert!(sums.removed.true_ > 0, "{depth:?}: {sums:?}");
-        assert_eq!(fault.unwrap().kind, FaultKind::TrueRemoved);
-        let (sums, fault) = judged(gpu, rooms, depth, Mutant::None);
-        assert_eq!((sums.removed.true_, fault), (0, None), "{depth:?}");
+    for name in ["snapped-grid", "edge-rays", "narrow-gaps"] {
+        let case = case(name).unwrap();
+        for depth in DepthConvention::ALL {
+            let (sums, fault) = judged(gpu, case, depth, Mutant::Coverage);
+            assert!(sums.removed.true_ > 0, "{name} {depth:?}: {sums:?}");
+            assert_eq!(fault.unwrap().kind, FaultKind::TrueRemoved);
+            let (sums, fault) = judged(gpu, case, depth, Mutant::None);
+            assert_eq!((sums.removed.true_, fault), (0, None), "{name} {depth:?}");
+        }
     }
 }

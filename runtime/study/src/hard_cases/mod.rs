@@ -13,6 +13,7 @@ mod history;
 mod materials;
 mod motion;
 mod near_plane;
+pub mod no_culling;
 mod rays;
 pub mod run;
 mod screen;

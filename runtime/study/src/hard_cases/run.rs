@@ -12,6 +12,7 @@ use hroc_runtime::{
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
 
+use super::no_culling::{self, CaseFault, CaseNoCulling};
 use super::{CaseFrame, CaseScene, HardCase, Scale};
 use crate::blended_truth::BlendedTruth;
 use crate::check::FrameCheck;
@@ -24,7 +25,7 @@ use crate::registry::{Exactness, Knobs, Method, Mode, Parts, feature_names};
 use crate::results::AdapterInfo;
 use crate::table;
 use crate::targets::FrameTargets;
-use crate::unculled::{self, Fault, Judgement, Removed, Unculled};
+use crate::unculled::{self, Judgement, Unculled};
 
 /// The JSON's version.
 pub const SCHEMA: u32 = 1;
@@ -85,51 +86,6 @@ pub struct CaseResult {
     #[serde(default)]
     pub no_culling: Vec<CaseNoCulling>,
     pub runs: Vec<MethodResult>,
-}
-
-/// What the fragments of no culling say about `hroc_keeps`, over a case; see [`crate::unculled`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs)]
-pub struct CaseNoCulling {
-    /// `standard` or `reversed`.
-    pub depth: String,
-    /// Pixels, summed over frames, as the next two.
-    pub removed: Removed,
-    pub strays: usize,
-    pub kept_strays: usize,
-    /// The first fault of each frame that has one.
-    pub faults: Vec<CaseFault>,
-}
-
-/// A fragment that `hroc_keeps` judged wrongly.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[allow(missing_docs)]
-pub struct CaseFault {
-    pub frame: usize,
-    pub size: [u32; 2],
-    #[serde(flatten)]
-    pub fault: Fault,
-}
-
-impl CaseNoCulling {
-    fn new(depth: DepthConvention) -> Self {
-        Self {
-            depth: depth.name().to_owned(),
-            removed: Removed::default(),
-            strays: 0,
-            kept_strays: 0,
-            faults: Vec::new(),
-        }
-    }
-
-    fn add(&mut self, frame: usize, size: [u32; 2], judgement: &Judgement) {
-        self.removed += judgement.removed;
-        self.strays += judgement.strays;
-        self.kept_strays += judgement.kept_strays;
-        let fault = judgement.first_fault;
-        self.faults
-            .extend(fault.map(|fault| CaseFault { frame, size, fault }));
-    }
 }
 
 /// A method, in one of its modes, with one tree and one depth convention, over a case.
@@ -648,7 +604,7 @@ impl HardCaseResults {
             "visible",
             "ms/frame",
         ];
-        let mut text = table::markdown(head, rows) + &self.no_culling_table();
+        let mut text = table::markdown(head, rows) + &no_culling::table(&self.cases);
         for skipped in &self.skipped {
             text += &format!(
                 "\nleft out: {} needs {}, which this device lacks\n",
@@ -693,49 +649,11 @@ impl HardCaseResults {
     }
 }
 
-impl HardCaseResults {
-    /// Pixels of no culling that `hroc_keeps` changes and pixels that show strays, of the cases that have any.
-    fn no_culling_table(&self) -> String {
-        let judged = self
-            .cases
-            .iter()
-            .flat_map(|case| case.no_culling.iter().map(move |judged| (case, judged)));
-        let rows = judged
-            .filter(|(_, judged)| judged.removed.all() + judged.strays + judged.kept_strays > 0)
-            .map(|(case, judged)| {
-                let removed = judged.removed;
-                let pixels = [
-                    removed.stray,
-                    removed.not_finite,
-                    removed.true_,
-                    judged.strays,
-                    judged.kept_strays,
-                ];
-                let [stray, not_finite, true_, strays, kept] = pixels.map(|n| n.to_string());
-                let (case, depth) = (case.case.clone(), judged.depth.clone());
-                [case, depth, stray, not_finite, true_, strays, kept]
-            })
-            .collect::<Vec<_>>();
-        if rows.is_empty() {
-            return String::new();
-        }
-        let head = [
-            "without culling, pixels",
-            "depth",
-            "removed strays",
-            "removed, not finite",
-            "removed, true",
-            "strays",
-            "strays kept",
-        ];
-        "\n".to_owned() + &table::markdown(head, rows)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::id_set::IdSet;
+    use crate::unculled::{Fault, FaultKind, Removed};
     use hroc_format::NO_OBJECT;
     use hroc_runtime::{EarlyZ, Mutant, Submission};
 
@@ -809,7 +727,7 @@ mod tests {
         results.cases[0].no_culling.push(judged);
         assert!(!results.failed());
         let fault = Fault {
-            kind: unculled::FaultKind::TrueRemoved,
+            kind: FaultKind::TrueRemoved,
             pixel: [3, 2],
             object: 1,
         };
