@@ -273,7 +273,11 @@ impl<'g> Host<'g> {
                 .collect::<Vec<_>>(),
         });
         let pipeline = |entry| {
-            let key = format!("test host {entry} {depth:?} {guarded} {}", scene.quantized);
+            let mutant = scene.profile.mutant.of_host();
+            let key = format!(
+                "test host {entry} {depth:?} {guarded} {mutant:?} {}",
+                scene.quantized
+            );
             let make = || pipeline(device, scene, &layout, depth, guarded, entry);
             scene.profile.pipelines.get(&key, make)
         };
@@ -415,6 +419,7 @@ fn pipeline(
     let constants = [
         depth.constants()[0],
         ("GUARDED", f64::from(u8::from(guarded))),
+        scene.profile.mutant.of_host().constant(),
     ];
     let options = wgpu::PipelineCompilationOptions {
         constants: &constants,
