@@ -17,18 +17,21 @@ pub enum Mutant {
     NearPlane,
     /// A subtree counts as flagged once one child is.
     Pruning,
+    /// The host keeps fragments whose depth is infinite or NaN.
+    NotFinite,
     /// Draws beyond the expected count are not made up for.
     Fallback,
 }
 
 impl Mutant {
     /// Every mutant but none.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Coverage,
         Self::DepthPadding,
         Self::SlabWidening,
         Self::NearPlane,
         Self::Pruning,
+        Self::NotFinite,
         Self::Fallback,
     ];
 
@@ -41,6 +44,7 @@ impl Mutant {
             Self::SlabWidening => "slab-widening",
             Self::NearPlane => "near-plane",
             Self::Pruning => "pruning",
+            Self::NotFinite => "not-finite",
             Self::Fallback => "fallback",
         }
     }
@@ -54,7 +58,17 @@ impl Mutant {
             Self::SlabWidening => 3.0,
             Self::NearPlane => 4.0,
             Self::Pruning => 5.0,
+            Self::NotFinite => 6.0,
         };
         ("BROKEN", number)
+    }
+
+    /// The mutant of the host's shaders. Most safeguards are left out of the tests of bounds alone: an image without
+    /// them would be wrong for every method alike.
+    pub const fn of_host(self) -> Self {
+        match self {
+            Self::NotFinite => self,
+            _ => Self::None,
+        }
     }
 }

@@ -32,7 +32,7 @@ struct Vertex {
 }
 fn kept(v: Vertex) -> bool {
     if (GUARD == 1) {
-        return (bitcast<u32>(v.position.z) & 0x7f800000u) != 0x7f800000u;
+        return is_finite(v.position.z);
     }
     return GUARD == 2 || hroc_keeps(object_bounds[v.object], v.position);
 }
@@ -234,7 +234,8 @@ pub struct Host<'g> {
 impl<'g> Host<'g> {
     /// A host for `world`.
     pub fn new(gpu: &'g Gpu, world: &World, size: [u32; 2], depth: DepthConvention) -> Self {
-        Self::with_guard(gpu, world, size, depth, Guard::Snippet, Mutant::None)
+        let mutant = world.scene.profile.mutant.of_host();
+        Self::with_guard(gpu, world, size, depth, Guard::Snippet, mutant)
     }
 
     /// A host that discards by `guard`, in which `hroc_keeps` lacks a safeguard.

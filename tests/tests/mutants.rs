@@ -34,6 +34,7 @@ fn by_theme(mutant: Mutant) -> Vec<&'static HardCase> {
         Mutant::DepthPadding => &["ulp-layers", "depth-conventions", "coplanar"],
         Mutant::NearPlane => &["around-the-eye", "through-a-wall"],
         Mutant::Pruning => &["clutter", "rooms"],
+        Mutant::NotFinite => &["near-degenerate", "degenerate"],
         Mutant::Fallback => &["sudden-crowd", "teleports"],
     };
     let rank = |case: &&HardCase| first.iter().position(|name| *name == case.name);

@@ -44,3 +44,35 @@ fn a_true_fragment_that_is_removed_is_told() {
         }
     }
 }
+
+/// Without the guard of depths, fragments without a finite depth stay; with it, they are removed and told apart from
+/// other strays. Only a rasterizer that makes such fragments can show it.
+#[test]
+fn a_fragment_without_a_finite_depth_is_told() {
+    let Some(gpu) = gpu() else { return };
+    let (mut unguarded, mut guarded) = (Sums::default(), Sums::default());
+    for name in ["degenerate", "near-degenerate", "one-pixel"] {
+        let case = case(name).unwrap();
+        for depth in DepthConvention::ALL {
+            let (sums, fault) = judged(gpu, case, depth, Mutant::NotFinite);
+            eprintln!("{name} {depth:?} without the guard: {sums:?} {fault:?}");
+            assert_eq!(fault.is_some(), sums.kept_strays > 0);
+            assert_eq!(sums.removed.true_, 0);
+            unguarded.kept_strays += sums.kept_strays;
+            unguarded.strays += sums.strays;
+            let (sums, fault) = judged(gpu, case, depth, Mutant::None);
+            eprintln!("{name} {depth:?} with the guard: {sums:?}");
+            assert_eq!((sums.removed.true_, sums.kept_strays, fault), (0, 0, None));
+            guarded.removed += sums.removed;
+            guarded.strays += sums.strays;
+        }
+    }
+    eprintln!("without the guard {unguarded:?}, with it {guarded:?}");
+    assert_eq!(
+        unguarded.strays, guarded.strays,
+        "the image without the snippet"
+    );
+    if gpu.info.name.contains("llvmpipe") {
+        assert!(unguarded.kept_strays > 0 && guarded.removed.not_finite > 0);
+    }
+}

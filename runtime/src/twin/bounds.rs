@@ -215,6 +215,9 @@ pub fn is_kept(
     position: Vec2,
     depth: f32,
 ) -> bool {
+    if !depth.is_finite() {
+        return false;
+    }
     let bare = Box3 {
         min: lo.into(),
         max: hi.into(),

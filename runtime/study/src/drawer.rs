@@ -152,7 +152,8 @@ impl ObjectDrawer {
         let layout = bind_group_layout(device);
         let pipeline = |variant| {
             let key = format!(
-                "object_color {variant:?} {look:?} {} {}",
+                "object_color {variant:?} {look:?} {:?} {} {}",
+                scene.profile.mutant.of_host(),
                 scene.normals.is_some(),
                 scene.quantized
             );
@@ -306,6 +307,7 @@ fn pipeline(
         depth.constants()[0],
         ("HOLES", f64::from(u8::from(holes))),
         guard.constant(),
+        scene.profile.mutant.of_host().constant(),
     ];
     let options = wgpu::PipelineCompilationOptions {
         constants: &constants,

@@ -5,6 +5,7 @@
 //! [`CASES`].
 
 pub mod builder;
+mod degenerate;
 mod depth;
 mod everyday;
 mod extremes;
@@ -196,6 +197,9 @@ pub const CASES: &[HardCase] = &[
     small::SUB_PIXEL,
     small::FLAT_AND_TINY,
     small::NARROW_GAPS,
+    degenerate::DEGENERATE,
+    degenerate::NEAR_DEGENERATE,
+    degenerate::ONE_PIXEL,
     rays::PARALLEL_RAYS,
     rays::EDGE_RAYS,
     rays::SNAPPED_GRID,

@@ -69,8 +69,7 @@ override GUARD: u32 = 0;
 
 fn keeps(surface: Surface) -> bool {
     if (GUARD == 1) {
-        // By the bits: a compiler may assume that every float is finite.
-        return (bitcast<u32>(surface.position.z) & 0x7f800000u) != 0x7f800000u;
+        return is_finite(surface.position.z);
     }
     return GUARD == 2 || hroc_keeps(object_bounds[surface.object], surface.position);
 }

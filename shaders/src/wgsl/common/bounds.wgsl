@@ -9,6 +9,7 @@ const BROKEN_DEPTH: u32 = 2;
 const BROKEN_SLAB: u32 = 3;
 const BROKEN_NEAR: u32 = 4;
 const BROKEN_PRUNING: u32 = 5;
+const BROKEN_FINITE: u32 = 6;
 
 // Widens the interval of the slab test: 24 * 2^-23 covers the rounding of both its ends, here and where the same
 // was asked before (frame_uniform.rs, "Two pipelines").
@@ -154,8 +155,19 @@ fn shows_within(t: f32, depth: f32, share: f32) -> bool {
     return earliest_depth(t, share) - tolerance <= depth;
 }
 
+// Whether `x` is neither infinite nor NaN. It goes by the bits, because a compiler may assume that every float is
+// finite and drop a comparison such as `x == x`.
+fn is_finite(x: f32) -> bool {
+    return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
+}
+
 // Whether a host's fragment at `position` lies within its object's bounds: what every test of the same ray finds.
 fn is_kept(lo: vec3f, hi: vec3f, position: vec4f) -> bool {
+    // A rasterizer may give a triangle without area a depth that is no number. `clamp` would turn it into 0 or 1, which
+    // lies in front of every bounds in one of the two conventions, or behind, and the depth buffer may hold the other.
+    if (!is_finite(position.z) && BROKEN != BROKEN_FINITE) {
+        return false;
+    }
     let box = grown(Box(lo, hi), KEPT_PADDING * frame.padding_world, KEPT_PADDING * frame.padding_per_depth);
     let t = entry_widened(pixel_ray(position.xy), box, frame.near, 1.0);
     // The depth buffer holds the clamped value; a triangle clipped at the near plane can come out beyond it.
