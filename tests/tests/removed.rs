@@ -55,13 +55,11 @@ fn a_fragment_without_a_finite_depth_is_told() {
         let case = case(name).unwrap();
         for depth in DepthConvention::ALL {
             let (sums, fault) = judged(gpu, case, depth, Mutant::NotFinite);
-            eprintln!("{name} {depth:?} without the guard: {sums:?} {fault:?}");
             assert_eq!(fault.is_some(), sums.kept_strays > 0);
             assert_eq!(sums.removed.true_, 0);
             unguarded.kept_strays += sums.kept_strays;
             unguarded.strays += sums.strays;
             let (sums, fault) = judged(gpu, case, depth, Mutant::None);
-            eprintln!("{name} {depth:?} with the guard: {sums:?}");
             assert_eq!((sums.removed.true_, sums.kept_strays, fault), (0, 0, None));
             guarded.removed += sums.removed;
             guarded.strays += sums.strays;
@@ -74,5 +72,7 @@ fn a_fragment_without_a_finite_depth_is_told() {
     );
     if gpu.info.name.contains("llvmpipe") {
         assert!(unguarded.kept_strays > 0 && guarded.removed.not_finite > 0);
+        // Slivers among them have finite depths far from where they are.
+        assert!(guarded.removed.stray > 0);
     }
 }
