@@ -9,6 +9,7 @@ use crate::error::StudyError;
 use crate::id_set::IdSet;
 use crate::image::{Image, ImageCopy};
 use crate::results::Warning;
+use crate::sampling::Step;
 use crate::truth::{TruthKey, TruthStore};
 
 /// A frame as it is without culling.
@@ -58,18 +59,18 @@ impl<'a> TrueFrames<'a> {
         }
     }
 
-    /// The truth of frame `number`; it may be drawn into the targets.
+    /// The truth of a frame; it may be drawn into the targets.
     pub(super) fn frame(
         &mut self,
         bench: &mut Bench<'_>,
-        number: u32,
+        step: &Step,
     ) -> Result<TrueFrame, StudyError> {
-        let image = self.image(bench, number)?;
+        let image = self.image(bench, step)?;
         let mut visible = image.visible();
         if let Some(blended) = &self.blended {
-            let (camera, targets) = (bench.camera(number), bench.targets.targets());
+            let (camera, targets) = (bench.camera(step), bench.targets.targets());
             let at = |source| StudyError::Camera {
-                frame: number,
+                frame: step.frame,
                 source,
             };
             let shown = blended.shown(bench.gpu, &bench.scene, &camera, targets);
@@ -78,12 +79,12 @@ impl<'a> TrueFrames<'a> {
         Ok(TrueFrame { image, visible })
     }
 
-    fn image(&mut self, bench: &mut Bench<'_>, number: u32) -> Result<Image, StudyError> {
+    fn image(&mut self, bench: &mut Bench<'_>, step: &Step) -> Result<Image, StudyError> {
         let (gpu, course) = (bench.gpu, bench.course);
-        let camera = bench.camera(number);
+        let camera = bench.camera(step);
         let uniform = FrameUniform::new(&camera, course.depth, course.size, &bench.scene.shape)
             .map_err(|source| StudyError::Camera {
-                frame: number,
+                frame: step.frame,
                 source,
             })?;
         let frame = bytemuck::bytes_of(&uniform);
@@ -95,7 +96,7 @@ impl<'a> TrueFrames<'a> {
             return Ok(image);
         }
         let mut encoder = gpu.encoder();
-        bench.encode(&mut self.noc, number, &mut encoder, Output::Color, None)?;
+        bench.encode(&mut self.noc, step, &mut encoder, Output::Color, None)?;
         let copy = ImageCopy::record(&gpu.device, &mut encoder, &bench.targets);
         gpu.submit_and_wait(encoder)?;
         let image = copy.wait(&gpu.device);
