@@ -1,5 +1,6 @@
 //! A run: contenders over the frames of a camera path, replayed once per question so that no answer disturbs
-//! another. Every replay draws all frames of the [`Schedule`], and each of its histories starts with a new method.
+//! another. Every replay draws all frames of the [`Schedule`], begins with new methods, and resets them where another
+//! history begins.
 //! Uncounted frames are drawn like the others and enter no result.
 //!
 //! 1. *Observed*: the sets, the images, and the check against the truth.

@@ -85,7 +85,7 @@ pub struct Step {
     pub frame: u32,
     /// Whether results include the frame.
     pub counted: bool,
-    /// Number of the history. A method has nothing from another one.
+    /// Number of the history. Methods are reset where another one begins.
     pub history: u32,
     /// Frames drawn before with the same history.
     pub age: u32,
@@ -122,7 +122,10 @@ impl Schedule {
     }
 
     /// The schedule over a path of this duration.
-    fn over(sampling: Sampling, frames: u32, duration_s: f64) -> Result<Self, String> {
+    ///
+    /// # Errors
+    /// A message if the numbers contradict each other.
+    pub(crate) fn over(sampling: Sampling, frames: u32, duration_s: f64) -> Result<Self, String> {
         let fps = match sampling {
             Sampling::Spread => 1.0,
             Sampling::Windows { fps, .. } | Sampling::Cuts { fps, .. } => fps,

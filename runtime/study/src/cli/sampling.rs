@@ -12,9 +12,10 @@ const FRAMES_PER_WINDOW: u32 = 10;
 /// Options of the commands that draw the frames of a camera path.
 #[derive(Debug, Args)]
 pub(super) struct SamplingArguments {
-    /// How frames are taken from the camera path.
-    #[arg(long, value_enum, default_value_t = Kind::Windows)]
-    sampling: Kind,
+    /// How frames are taken from the camera path, or from the frames of a hard case; windows if left out, for
+    /// hard-cases spread, which are a case's own frames.
+    #[arg(long, value_enum)]
+    sampling: Option<Kind>,
     /// Number of frames that results include; with windows, the number of windows times their frames. 60 if left
     /// out.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -48,16 +49,31 @@ fn parse_fps(text: &str) -> Result<f64, String> {
 }
 
 impl SamplingArguments {
-    /// The sampling and the number of counted frames.
+    /// The sampling of a camera path and the number of counted frames.
     pub(super) fn resolve(&self) -> Result<(Sampling, u32), StudyError> {
+        self.resolve_as(self.sampling.unwrap_or(Kind::Windows))
+    }
+
+    /// The sampling of hard cases, which have their own number of frames where there are no windows.
+    pub(super) fn resolve_for_cases(&self) -> Result<Sampling, StudyError> {
+        let kind = self.sampling.unwrap_or(Kind::Spread);
+        if kind != Kind::Windows && self.frames.is_some() {
+            return Err(StudyError::Usage(
+                "--frames: each hard case has its own frames; leave it out or use --sampling windows".to_owned(),
+            ));
+        }
+        Ok(self.resolve_as(kind)?.0)
+    }
+
+    fn resolve_as(&self, kind: Kind) -> Result<(Sampling, u32), StudyError> {
         let fps = self.fps.unwrap_or(FPS);
         let default_frames = WINDOWS * FRAMES_PER_WINDOW;
         let unused = [
             ("--windows", self.windows.is_some()),
             ("--frames-per-window", self.frames_per_window.is_some()),
-            ("--fps", self.fps.is_some() && self.sampling == Kind::Spread),
+            ("--fps", self.fps.is_some() && kind == Kind::Spread),
         ];
-        match self.sampling {
+        match kind {
             Kind::Windows => {
                 let (windows, frames_per_window) = self.window_counts()?;
                 let frames = windows * frames_per_window;
@@ -69,7 +85,7 @@ impl SamplingArguments {
                 };
                 return Ok((sampling, frames));
             }
-            kind => {
+            Kind::Spread | Kind::Cuts => {
                 if let Some((option, _)) = unused.into_iter().find(|(_, given)| *given) {
                     let kind = kind.to_possible_value().expect("no kind is hidden");
                     return Err(StudyError::Usage(format!(
@@ -80,7 +96,7 @@ impl SamplingArguments {
             }
         }
         let frames = self.frames.unwrap_or(default_frames);
-        let sampling = match self.sampling {
+        let sampling = match kind {
             Kind::Cuts => Sampling::Cuts {
                 fps,
                 fill_frames: FILL_FRAMES,
@@ -152,7 +168,7 @@ mod tests {
     fn resolve(sampling: Kind, numbers: [Option<u32>; 3]) -> Result<(Sampling, u32), String> {
         let [frames, windows, frames_per_window] = numbers;
         let arguments = SamplingArguments {
-            sampling,
+            sampling: Some(sampling),
             frames,
             fps: None,
             windows,
@@ -211,6 +227,15 @@ mod tests {
             let refused = resolve(kind, [None, Some(2), None]).unwrap_err();
             assert!(refused.contains("--windows does not apply"), "{refused}");
         }
+        let cases = SamplingArguments {
+            sampling: None,
+            frames: Some(3),
+            fps: None,
+            windows: None,
+            frames_per_window: None,
+        };
+        let refused = cases.resolve_for_cases().unwrap_err().to_string();
+        assert!(refused.contains("--frames"), "{refused}");
         for wrong in ["0", "-1", "nan", "inf", "x", "1e9"] {
             assert!(parse_fps(wrong).is_err(), "{wrong}");
         }

@@ -15,6 +15,7 @@ mod motion;
 mod near_plane;
 mod rays;
 pub mod run;
+mod sampling;
 mod screen;
 mod small;
 mod transforms;

@@ -110,7 +110,7 @@ fn compared(comparison: &Comparison) -> Vec<Section> {
     let mut regret = vec![Block::Text(
         "By how much the mean frame time of auto exceeds that of always taking one of what it chooses from. The \
          interval is a bootstrap over windows, or over segments of the path where frames are spread over it. Which one drew how many frames is of the last repeat: \
-         auto goes by times, so it may choose otherwise in another. Its choice starts anew in each window."
+         auto goes by times, so it may choose otherwise in another."
             .into(),
     )];
     regret.extend(table("", tables::regret(comparison)));

@@ -59,7 +59,7 @@ impl<'a> Entrant<'a> {
         gpu.recover()
     }
 
-    /// Gives the contender a method without history.
+    /// Starts a replay: gives the contender a new method, without history.
     pub(super) fn start(&mut self, bench: &Bench<'_>, count_work: bool) -> Result<(), GpuError> {
         if self.failure.is_some() {
             return Ok(());
@@ -70,6 +70,19 @@ impl<'a> Entrant<'a> {
                 Ok(())
             }
             Err(error) => self.fail(bench.gpu, error),
+        }
+    }
+
+    /// Takes the method's history away, as an application does at a camera cut.
+    pub(super) fn forget(&mut self, bench: &Bench<'_>) -> Result<(), GpuError> {
+        let Some(method) = &mut self.method else {
+            return Ok(());
+        };
+        let mut encoder = bench.gpu.encoder();
+        method.reset(&mut encoder);
+        match bench.gpu.submit_and_wait(encoder) {
+            Ok(()) => Ok(()),
+            Err(error) => self.fail(bench.gpu, error.into()),
         }
     }
 

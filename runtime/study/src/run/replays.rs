@@ -92,9 +92,11 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Takes everyone's history away where a frame begins a new one.
+    /// Starts a replay at its first frame with new methods, and takes everyone's history away where another frame
+    /// begins a new one.
     fn start(
         &self,
+        number: usize,
         step: &Step,
         entrants: &mut [Entrant<'_>],
         count_work: impl Fn(&Contender) -> bool,
@@ -103,7 +105,11 @@ impl Bench<'_> {
             return Ok(());
         }
         for entrant in entrants {
-            entrant.start(self, count_work(entrant.contender))?;
+            if number == 0 {
+                entrant.start(self, count_work(entrant.contender))?;
+            } else {
+                entrant.forget(self)?;
+            }
         }
         Ok(())
     }
@@ -117,7 +123,7 @@ impl Bench<'_> {
     ) -> Result<(), StudyError> {
         progress.set_message("timing");
         for (number, step) in self.schedule.steps().enumerate() {
-            self.start(&step, entrants, |_| false)?;
+            self.start(number, &step, entrants, |_| false)?;
             self.frame(
                 entrants,
                 number,
@@ -129,7 +135,7 @@ impl Bench<'_> {
                     bench.encode(method, &step, &mut encoder, Output::Color, None)?;
                     bench.gpu.submit_and_wait(encoder)?;
                     let ms = began.elapsed().as_secs_f64() * 1e3;
-                    method.took(step.age.into(), ms);
+                    method.took(number as u64, ms);
                     if step.counted {
                         let frame = entrant.frame(step.frame);
                         frame.frame_samples_ms.push(ms);
@@ -154,7 +160,7 @@ impl Bench<'_> {
         let gpu_clock = self.gpu_clock.take();
         let share = 1.0 / f64::from(self.course.repeats);
         for (number, step) in self.schedule.steps().enumerate() {
-            self.start(&step, entrants, |_| false)?;
+            self.start(number, &step, entrants, |_| false)?;
             self.frame(
                 entrants,
                 number,
@@ -182,7 +188,7 @@ impl Bench<'_> {
                         gpu.submit_and_wait(encoder)?;
                         clock.finish()?
                     };
-                    method.took(step.age.into(), began.elapsed().as_secs_f64() * 1e3);
+                    method.took(number as u64, began.elapsed().as_secs_f64() * 1e3);
                     for (stage, ms) in stages.into_iter().filter(|_| step.counted) {
                         let stages_ms = &mut entrant.frame(step.frame).stages_ms;
                         *stages_ms.entry(stage.name().to_owned()).or_default() += share * ms;
@@ -208,7 +214,7 @@ impl Bench<'_> {
         let is_told = (entrants.iter()).any(|entrant| entrant.contender.method.is_told);
         let mut truth = (check || is_told).then(|| TrueFrames::new(self));
         for (number, step) in self.schedule.steps().enumerate() {
-            self.start(&step, entrants, |_| false)?;
+            self.start(number, &step, entrants, |_| false)?;
             // Before the contenders' own frames, as it is drawn into the same targets.
             let true_frame = (truth.as_mut().filter(|_| is_told || step.counted))
                 .map(|truth| truth.frame(self, &step))
@@ -228,7 +234,7 @@ impl Bench<'_> {
                     .counted
                     .then(|| ImageCopy::record(device, &mut encoder, &bench.targets));
                 bench.gpu.submit_and_wait(encoder)?;
-                method.took(step.age.into(), began.elapsed().as_secs_f64() * 1e3);
+                method.took(number as u64, began.elapsed().as_secs_f64() * 1e3);
                 let Some(copy) = copy else {
                     return Ok(());
                 };
@@ -309,18 +315,17 @@ impl Bench<'_> {
             map_step.is_some_and(|map| step.history == map.history && step.age <= map.age)
         };
         for (number, step) in self.schedule.steps().enumerate() {
-            self.start(&step, entrants, |contender| contender.method.counts_work)?;
-            for entrant in entrants.iter_mut() {
-                let contender = entrant.contender;
-                let map = overdraw_frame(course, contender).is_some() && leads_to_map(&step);
-                entrant
-                    .method
-                    .take_if(|_| !(map || contender.method.counts_work));
-            }
+            self.start(number, &step, entrants, |contender| {
+                contender.method.counts_work
+            })?;
             self.frame(entrants, number, 0, progress, |bench, method, entrant| {
+                let contender = entrant.contender;
+                let has_map = overdraw_frame(course, contender).is_some();
+                if !(contender.method.counts_work || (has_map && leads_to_map(&step))) {
+                    return Ok(());
+                }
                 let mut encoder = bench.gpu.encoder();
-                let map =
-                    step.counted && overdraw_frame(course, entrant.contender) == Some(step.frame);
+                let map = has_map && map_step == Some(step);
                 let output = if map {
                     Output::FragmentCount
                 } else {
