@@ -8,6 +8,7 @@ mod msoc;
 mod path;
 mod report;
 mod run;
+mod sampling;
 mod study;
 
 use std::io::{self, Write};

@@ -159,7 +159,23 @@ impl Comparison {
     }
 
     /// Adds what another comparison found, on the same machine: its commands stand beside these.
-    pub fn join(&mut self, other: Self) {
+    ///
+    /// # Errors
+    /// A message if both have runs of one scene and camera path over different frames: a table would hold both as if
+    /// they were of the same frames.
+    pub fn join(&mut self, other: Self) -> Result<(), String> {
+        let place = |run: &RunResults| (run.scene.name.clone(), run.path.clone());
+        for run in &other.runs {
+            let same_place = |ours: &&RunResults| place(ours) == place(run);
+            let frames = |run: &RunResults| (run.sampling, run.frames, run.size, run.depth.clone());
+            if (self.runs.iter().filter(same_place)).any(|ours| frames(ours) != frames(run)) {
+                return Err(format!(
+                    "its runs of {}, {} are over other frames (--sampling, --frames, --size or --depth) than those of \
+                     an earlier file; make a report of its own of it",
+                    run.scene.name, run.path
+                ));
+            }
+        }
         self.command = format!("{}; {}", self.command, other.command);
         self.skipped.extend(other.skipped);
         for trees in other.trees {
@@ -168,6 +184,7 @@ impl Comparison {
             }
         }
         self.runs.extend(other.runs);
+        Ok(())
     }
 
     /// Runs `contenders` over `course` and adds what they found. A course that nobody can run is noted as skipped; the
@@ -240,6 +257,7 @@ impl Comparison {
             run.scene.file_bytes == baked.file_bytes().len() as u64
                 && run.adapter == adapter
                 && run.path_hash.as_ref() == Some(&path_hash)
+                && run.sampling == course.sampling
                 && (run.frames, run.repeats, run.size)
                     == (course.frames, course.repeats, course.size)
                 && run.depth == course.depth.name()
@@ -329,6 +347,25 @@ pub(crate) mod tests {
             object: 1,
         });
         assert!(comparison.failed());
+    }
+
+    #[test]
+    fn runs_over_other_frames_are_not_joined() {
+        let mut spread = two_scenes();
+        spread.join(two_scenes()).unwrap();
+        let mut cuts = two_scenes();
+        for run in &mut cuts.runs {
+            run.sampling = crate::sampling::Sampling::Cuts {
+                fps: 60.0,
+                fill_frames: 1,
+            };
+        }
+        let refused = spread.join(cuts.clone()).unwrap_err();
+        assert!(refused.contains("house, walk-in"), "{refused}");
+        for run in &mut cuts.runs {
+            run.path = "orbit".into();
+        }
+        spread.join(cuts).unwrap();
     }
 
     #[test]

@@ -25,6 +25,7 @@ pub mod registry;
 pub mod report;
 pub mod results;
 pub mod run;
+pub mod sampling;
 pub mod stage_clock;
 pub mod statistics;
 pub mod study;

@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 use hroc_methods::HardwareTimes;
 use serde::{Deserialize, Serialize};
 
+use crate::sampling::Sampling;
 use crate::unculled::{Fault, Removed};
 
 /// The JSON's version.
 pub const SCHEMA: u32 = 1;
-/// Frames at the start that averages leave out, as in the paper: caches and history are cold.
+/// Frames at the start that averages over spread frames leave out, as in the paper: caches and history are cold.
 pub const WARM_UP_FRAMES: usize = 4;
 
 /// A run of one method over one scene.
@@ -45,6 +46,10 @@ pub struct RunResults {
     pub split: Option<String>,
     /// Width and height, pixels.
     pub size: [u32; 2],
+    /// How frames were taken from the path; `spread` in results of before there was a choice.
+    #[serde(default)]
+    pub sampling: Sampling,
+    /// Counted frames.
     pub frames: u32,
     /// How often every frame was timed.
     #[serde(default = "once")]
@@ -223,6 +228,20 @@ pub enum Warning {
     },
     /// The scene has no objects.
     EmptyScene,
+    /// Some frames show no object.
+    NothingVisible {
+        /// How many frames.
+        frames: u32,
+        /// Frames in the run.
+        of: u32,
+    },
+    /// The camera path has no room for the windows.
+    ShortPath {
+        /// Duration of the path, seconds.
+        path_s: f64,
+        /// Duration of all windows, seconds.
+        windows_s: f64,
+    },
 }
 
 impl std::fmt::Display for Warning {
@@ -241,6 +260,15 @@ impl std::fmt::Display for Warning {
             ),
             Self::TruthNotCached { reason } => f.write_str(reason),
             Self::EmptyScene => f.write_str("the scene has no objects"),
+            Self::NothingVisible { frames, of } => write!(
+                f,
+                "no object is visible in {frames} of {of} frames, and C/R leaves them out; check the camera path"
+            ),
+            Self::ShortPath { path_s, windows_s } => write!(
+                f,
+                "the windows last {windows_s:.3} s together and the camera path {path_s:.3} s, so windows overlap or \
+                 the camera rests after the last key; use fewer frames, or --sampling spread"
+            ),
         }
     }
 }
@@ -248,6 +276,12 @@ impl std::fmt::Display for Warning {
 /// One frame. The fields of the check are `None` in a run without it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
+    /// Number of the window, from 0; `None` without windows.
+    #[serde(default)]
+    pub window: Option<u32>,
+    /// Seconds after the first key of the camera path; `None` in results of before it was written.
+    #[serde(default)]
+    pub t_s: Option<f64>,
     /// Objects that show.
     pub visible: Option<usize>,
     /// Objects whose bounds meet the view volume.
@@ -376,8 +410,10 @@ impl RunResults {
     }
 
     /// The frames that averages are made of.
+    ///
+    /// Spread frames begin with a warm-up; other frames come after uncounted ones.
     pub fn steady_frames(&self) -> &[Frame] {
-        if self.per_frame.len() > WARM_UP_FRAMES {
+        if self.sampling == Sampling::Spread && self.per_frame.len() > WARM_UP_FRAMES {
             &self.per_frame[WARM_UP_FRAMES..]
         } else {
             &self.per_frame
@@ -403,6 +439,8 @@ pub(crate) mod tests {
 
     pub(crate) fn sample() -> RunResults {
         let frame = |frame_ms| Frame {
+            window: None,
+            t_s: Some(frame_ms),
             visible: Some(4),
             in_frustum: Some(8),
             pvs: Some(5),
@@ -454,6 +492,7 @@ pub(crate) mod tests {
             hardware: None,
             split: Some("sah".into()),
             size: [64, 36],
+            sampling: Sampling::Spread,
             frames: 6,
             repeats: 1,
             depth: "reversed".into(),
@@ -506,7 +545,7 @@ pub(crate) mod tests {
         for (at, expected) in [
             (
                 "",
-                "schema scene path path_hash method mode exactness knobs grouping box_cost split size frames repeats depth adapter paths memory_bytes warnings no_culling per_frame",
+                "schema scene path path_hash method mode exactness knobs grouping box_cost split size sampling frames repeats depth adapter paths memory_bytes warnings no_culling per_frame",
             ),
             ("/scene", "name objects triangles file_bytes hash"),
             ("/adapter", "name driver backend"),
@@ -520,7 +559,7 @@ pub(crate) mod tests {
             ),
             (
                 "/per_frame/0",
-                "visible in_frustum pvs wrong_pixels false_negatives depth_ties removed strays kept_strays cull_rate sets frame_ms gpu_ms stages_ms counters",
+                "window t_s visible in_frustum pvs wrong_pixels false_negatives depth_ties removed strays kept_strays cull_rate sets frame_ms gpu_ms stages_ms counters",
             ),
         ] {
             let mut found = names(value.pointer(at).unwrap());

@@ -12,7 +12,16 @@ use hroc_study::compare::{Comparison, Kind};
 use hroc_study::unculled::{Fault, FaultKind};
 use support::{House, refused, text, without_gpu};
 
-const SMALL: [&str; 6] = ["--size", "96x54", "--frames", "6", "--repeat", "2"];
+const SMALL: [&str; 8] = [
+    "--size",
+    "96x54",
+    "--frames",
+    "6",
+    "--repeat",
+    "2",
+    "--sampling",
+    "spread",
+];
 
 /// `hroc compare` or `hroc study` in a small size, into `out`, which must end with `code`.
 fn run(house: &House, command: &[&str], code: i32) -> Output {

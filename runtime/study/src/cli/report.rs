@@ -32,7 +32,12 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<u8, StudyError> {
                     .to_owned(),
             });
         }
-        comparison.join(other);
+        comparison
+            .join(other)
+            .map_err(|reason| StudyError::Results {
+                path: path.clone(),
+                reason,
+            })?;
     }
     report::create(&arguments.output)?;
     finish(&arguments.output, &comparison)

@@ -17,6 +17,7 @@ mod near_plane;
 pub mod no_culling;
 mod rays;
 pub mod run;
+mod sampling;
 mod screen;
 mod small;
 mod transforms;

@@ -13,6 +13,7 @@ use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
 
 use super::no_culling::{self, CaseFault, CaseNoCulling};
+use super::sampling::steps;
 use super::{CaseFrame, CaseScene, HardCase, Scale};
 use crate::blended_truth::BlendedTruth;
 use crate::check::FrameCheck;
@@ -23,6 +24,7 @@ use crate::gpu::Gpu;
 use crate::image::{Image, ImageCopy};
 use crate::registry::{Exactness, Knobs, Method, Mode, Parts, feature_names};
 use crate::results::AdapterInfo;
+use crate::sampling::Sampling;
 use crate::table;
 use crate::targets::FrameTargets;
 use crate::unculled::{self, Judgement, Unculled};
@@ -41,6 +43,8 @@ pub struct HardCaseOptions {
     pub scale: Scale,
     /// Size of frames that have none of their own, pixels.
     pub size: [u32; 2],
+    /// How frames are taken from the lists of the cases.
+    pub sampling: Sampling,
     /// Device paths to force, beside both groupings; empty: the device's own path and the default grouping.
     pub paths: Vec<DeviceProfile>,
 }
@@ -54,6 +58,9 @@ pub struct HardCaseResults {
     pub scale: String,
     /// Of frames that have no size of their own, pixels.
     pub size: [u32; 2],
+    /// How frames were taken from the lists of the cases.
+    #[serde(default)]
+    pub sampling: Sampling,
     pub adapter: AdapterInfo,
     /// Methods that were left out, and the device features they lack.
     pub skipped: Vec<Skipped>,
@@ -124,6 +131,7 @@ pub struct MethodResult {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs)]
 pub struct Failure {
+    /// Number among the counted frames, from 0.
     pub frame: usize,
     pub size: [u32; 2],
     pub wrong_pixels: usize,
@@ -157,6 +165,7 @@ pub fn run(
         schema: SCHEMA,
         scale: options.scale.name().to_owned(),
         size: options.size,
+        sampling: options.sampling,
         cases: cases.collect::<Result<_, _>>()?,
         adapter: AdapterInfo::of(&gpu.info),
         skipped: unfit
@@ -190,7 +199,7 @@ fn run_case(
         .collect::<Vec<_>>();
     let (mut runs, mut no_culling) = (Vec::new(), Vec::new());
     for depth in DepthConvention::ALL {
-        let (found, judged) = stage.run(&generated, &variants, depth, options.size)?;
+        let (found, judged) = stage.run(&generated, &variants, depth, options)?;
         runs.extend(found);
         no_culling.push(judged);
     }
@@ -278,9 +287,12 @@ impl<'a> Stage<'a> {
         case: &CaseScene,
         variants: &[Variant<'_>],
         depth: DepthConvention,
-        size: [u32; 2],
+        options: &HardCaseOptions,
     ) -> Result<(Vec<MethodResult>, CaseNoCulling), StudyError> {
         let device = &self.gpu.device;
+        let size = options.size;
+        let steps = steps(case, options.sampling).map_err(StudyError::Usage)?;
+        let is_told = (variants.iter()).any(|variant| variant.method.is_told);
         let size_of = |frame: &CaseFrame| frame.size.unwrap_or(size);
         let first_size = case.frames.first().map_or(size, size_of);
         self.gpu.check_size(first_size)?;
@@ -303,7 +315,9 @@ impl<'a> Stage<'a> {
             .collect::<Vec<_>>();
         let mut scene = self.scene.clone();
         let mut moving = MovingObjects::new(self.baked.scene(), &scene);
-        for (number, frame) in case.frames.iter().enumerate() {
+        let mut counted = 0;
+        for (number, step) in steps.iter().enumerate() {
+            let frame = &step.frame;
             let size = size_of(frame);
             if targets.targets().size != size {
                 self.gpu.check_size(size)?;
@@ -322,17 +336,28 @@ impl<'a> Stage<'a> {
                 frame,
                 number,
             };
+            if step.forgets {
+                self.forget(&mut methods[frame.view])?;
+            }
             let [drawer, plain, finite] = &mut drawers;
+            if !step.counted && !is_told {
+                for method in &mut methods[frame.view] {
+                    self.draw(&mut **method, drawer, &view)?;
+                }
+                continue;
+            }
             // The truth last: it stays in the targets.
             let (plain, _) = self.draw(&mut truth, plain, &view)?;
             let (finite, _) = self.draw(&mut truth, finite, &view)?;
             let (truth, _) = self.draw(&mut truth, drawer, &view)?;
-            let images = Unculled {
-                kept: &truth,
-                plain: &plain,
-                finite: &finite,
-            };
-            judged.add(number, size, &self.judge(images, &view, depth)?);
+            if step.counted {
+                let images = Unculled {
+                    kept: &truth,
+                    plain: &plain,
+                    finite: &finite,
+                };
+                judged.add(counted, size, &self.judge(images, &view, depth)?);
+            }
             let mut visible = truth.visible();
             if let Some(blended) = &blended {
                 let shown = blended.shown(self.gpu, &scene, &frame.camera, targets.targets());
@@ -341,10 +366,14 @@ impl<'a> Stage<'a> {
             recorded.show(visible.words());
             for (method, result) in methods[frame.view].iter_mut().zip(&mut results) {
                 let (image, ms) = self.draw(&mut **method, drawer, &view)?;
+                if !step.counted {
+                    continue;
+                }
                 let drawn = Drawn::read(self.gpu, &**method).all();
                 let check = FrameCheck::new(&truth, &image, &visible, &drawn);
-                result.add(number, size, check, drawn.len(), ms);
+                result.add(counted, size, check, drawn.len(), ms);
             }
+            counted += usize::from(step.counted);
         }
         // What moved out of the tree must be back for the next depth convention.
         self.restore(&mut moving, &mut scene);
@@ -373,6 +402,15 @@ impl<'a> Stage<'a> {
             depth,
             &bounds.collect::<Vec<_>>(),
         ))
+    }
+
+    /// Takes the history of `methods` away, as an application does at a camera cut.
+    fn forget(&self, methods: &mut [Box<dyn CullingMethod>]) -> Result<(), StudyError> {
+        let mut encoder = self.gpu.encoder();
+        for method in methods {
+            method.reset(&mut encoder);
+        }
+        Ok(self.gpu.submit_and_wait(encoder)?)
     }
 
     /// Shows every object of the bake again and removes all others.
@@ -605,6 +643,13 @@ impl HardCaseResults {
             "ms/frame",
         ];
         let mut text = table::markdown(head, rows) + &no_culling::table(&self.cases);
+        if self.sampling != Sampling::Spread {
+            text += &format!(
+                "\n--sampling {}: the listed frames of a case are the keys of a camera path, one each second; cases whose \
+                 objects move keep their own frames\n",
+                self.sampling.name()
+            );
+        }
         for skipped in &self.skipped {
             text += &format!(
                 "\nleft out: {} needs {}, which this device lacks\n",
@@ -694,6 +739,7 @@ mod tests {
             schema: SCHEMA,
             scale: Scale::Small.name().to_owned(),
             size: [1, 1],
+            sampling: Sampling::Spread,
             adapter: AdapterInfo {
                 name: String::new(),
                 driver: String::new(),

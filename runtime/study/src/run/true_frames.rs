@@ -10,6 +10,7 @@ use crate::error::StudyError;
 use crate::id_set::IdSet;
 use crate::image::{Image, ImageCopy};
 use crate::results::Warning;
+use crate::sampling::Step;
 use crate::targets::FrameTargets;
 use crate::truth::{Truth, TruthKey, TruthStore};
 use crate::unculled::{Judgement, Unculled, judge, needs_finite};
@@ -50,17 +51,17 @@ impl Judge {
         }
     }
 
-    /// Judges frame `number`, whose truth is `kept`.
+    /// Judges the frame of `step`, whose truth is `kept`.
     fn judge(
         &mut self,
         bench: &Bench<'_>,
-        number: u32,
+        step: &Step,
         uniform: &FrameUniform,
         kept: &Image,
     ) -> Result<Judgement, StudyError> {
-        let plain = self.draw(bench, number, Guard::Off)?;
+        let plain = self.draw(bench, step, Guard::Off)?;
         let finite = needs_finite(kept, &plain)
-            .then(|| self.draw(bench, number, Guard::Finite))
+            .then(|| self.draw(bench, step, Guard::Finite))
             .transpose()?;
         let images = Unculled {
             kept,
@@ -70,12 +71,12 @@ impl Judge {
         Ok(judge(images, uniform, bench.course.depth, &self.bounds))
     }
 
-    fn draw(&mut self, bench: &Bench<'_>, number: u32, guard: Guard) -> Result<Image, StudyError> {
+    fn draw(&mut self, bench: &Bench<'_>, step: &Step, guard: Guard) -> Result<Image, StudyError> {
         let at = |source| StudyError::Camera {
-            frame: number,
+            frame: step.frame,
             source,
         };
-        let (gpu, course, camera) = (bench.gpu, bench.course, bench.camera(number));
+        let (gpu, course, camera) = (bench.gpu, bench.course, bench.camera(step));
         let drawer = match guard {
             Guard::Off => &mut self.plain,
             _ => &mut self.finite,
@@ -143,18 +144,18 @@ impl<'a> TrueFrames<'a> {
         }
     }
 
-    /// The truth of frame `number`; it may be drawn into the targets.
+    /// The truth of a frame; it may be drawn into the targets.
     pub(super) fn frame(
         &mut self,
         bench: &mut Bench<'_>,
-        number: u32,
+        step: &Step,
     ) -> Result<TrueFrame, StudyError> {
-        let Truth { image, judgement } = self.truth(bench, number)?;
+        let Truth { image, judgement } = self.truth(bench, step)?;
         let mut visible = image.visible();
         if let Some(blended) = &self.blended {
-            let (camera, targets) = (bench.camera(number), bench.targets.targets());
+            let (camera, targets) = (bench.camera(step), bench.targets.targets());
             let at = |source| StudyError::Camera {
-                frame: number,
+                frame: step.frame,
                 source,
             };
             let shown = blended.shown(bench.gpu, &bench.scene, &camera, targets);
@@ -167,32 +168,35 @@ impl<'a> TrueFrames<'a> {
         })
     }
 
-    fn truth(&mut self, bench: &mut Bench<'_>, number: u32) -> Result<Truth, StudyError> {
+    fn truth(&mut self, bench: &mut Bench<'_>, step: &Step) -> Result<Truth, StudyError> {
         let (gpu, course) = (bench.gpu, bench.course);
-        let camera = bench.camera(number);
+        let camera = bench.camera(step);
         let uniform = FrameUniform::new(&camera, course.depth, course.size, &bench.scene.shape)
             .map_err(|source| StudyError::Camera {
-                frame: number,
+                frame: step.frame,
                 source,
             })?;
         let frame = bytemuck::bytes_of(&uniform);
+        // Frames that only make history are not judged.
+        let judged = self.judge.is_some() && step.counted;
         let stored = self
             .store
             .as_ref()
             .and_then(|store| store.load(&self.key, frame))
-            .filter(|truth| truth.judgement.is_some() || self.judge.is_none());
+            .filter(|truth| truth.judgement.is_some() || !judged);
         if let Some(truth) = stored {
             return Ok(truth);
         }
         let mut encoder = gpu.encoder();
-        bench.encode(&mut self.noc, number, &mut encoder, Output::Color, None)?;
+        bench.encode(&mut self.noc, step, &mut encoder, Output::Color, None)?;
         let copy = ImageCopy::record(&gpu.device, &mut encoder, &bench.targets);
         gpu.submit_and_wait(encoder)?;
         let image = copy.wait(&gpu.device);
         let judgement = self
             .judge
             .as_mut()
-            .map(|judge| judge.judge(bench, number, &uniform, &image))
+            .filter(|_| judged)
+            .map(|judge| judge.judge(bench, step, &uniform, &image))
             .transpose()?;
         let truth = Truth { image, judgement };
         // After the first failure there is no point in trying again for every frame.
