@@ -155,7 +155,9 @@ fn nearest_divisor(frames: u32, wanted: u32) -> u32 {
         let [divisor, wanted] = [divisor, wanted].map(f64::from);
         (divisor / wanted).max(wanted / divisor)
     };
-    let divisors = (1..=frames).rev().filter(|divisor| frames % divisor == 0);
+    let divisors = (1..=frames)
+        .rev()
+        .filter(|divisor| frames.is_multiple_of(*divisor));
     divisors
         .min_by(|a, b| ratio(a).total_cmp(&ratio(b)))
         .unwrap_or(1)
