@@ -39,7 +39,7 @@ pub use device::{DeviceProfile, EarlyZ};
 pub use draw::{Draw, DrawList, DrawRange, Drawer, Marks, Submission, Targets};
 pub use extract_groups::Grouping;
 pub use filter_occluders::FilterOccluders;
-pub use frame_uniform::FrameUniform;
+pub use frame_uniform::{CELL_SLOTS, FrameUniform};
 pub use hroc::{Hroc, HrocMode, HrocOptions, SMALLEST_LATE_MARGIN};
 pub use kernel::Kernel;
 pub use method::{CullingMethod, FrameContext, HostSync, QueryCounts, Sets};

@@ -1,15 +1,17 @@
 //! A host that draws a scene into depth and item buffer with its own pipelines, and hands out what every
 //! frame left behind. Masked objects have holes; blended ones are drawn over the rest.
 
-use hroc_format::{BakedScene, ObjectBounds};
+use hroc_format::{ArchivedObjectBounds, BakedScene, ObjectBounds};
 use hroc_runtime::moving::MovingObjects;
 use hroc_runtime::readback::{self, BufferCopy, TextureCopy};
 use hroc_runtime::{
     Camera, CullingMethod, DepthConvention, DeviceProfile, Draw, Drawer, FrameContext,
-    FrameUniform, Marks, Scene, Stage, Targets, Tree,
+    FrameUniform, Marks, Mutant, Scene, Stage, Targets, Tree,
 };
 use hroc_study::blended_truth::BlendedTruth;
+use hroc_study::drawer::Guard;
 use hroc_study::hard_cases::{CaseFrame, CaseScene, Motion};
+use hroc_study::image::Image;
 use hroc_study::targets::FrameTargets;
 
 use crate::Gpu;
@@ -18,7 +20,7 @@ const DRAW: &str = "//!import common/types
 //!import object
 @group(0) @binding(1) var<storage, read> objects: array<Object>;
 @group(0) @binding(2) var<storage, read> object_bounds: array<ObjectBounds>;
-override GUARDED: bool = true;
+override GUARD: u32 = 0;
 struct Vertex {
     @builtin(position) position: vec4f,
     @location(0) @interpolate(flat, either) object: u32,
@@ -28,9 +30,15 @@ struct Vertex {
     let place = hroc_relative_position(objects[object], p);
     return Vertex(hroc_clip_position(place), object, place);
 }
+fn kept(v: Vertex) -> bool {
+    if (GUARD == 1) {
+        return is_finite(v.position.z);
+    }
+    return GUARD == 2 || hroc_keeps(object_bounds[v.object], v.position);
+}
 fn dropped(v: Vertex) -> bool {
     let hole = (objects[v.object].flags & 1u) != 0u && fract(2.0 * dot(hroc_world_position(v.place), vec3f(1.0, 0.9, 0.8))) < 0.5;
-    return hole || (GUARDED && !hroc_keeps(object_bounds[v.object], v.position));
+    return hole || !kept(v);
 }
 @fragment fn plain(v: Vertex) -> @location(0) u32 {
     if (dropped(v)) { discard; }
@@ -123,21 +131,18 @@ impl World {
         }
     }
 
+    /// Bounds of all objects, from the GPU, by id.
+    pub fn object_bounds(&self, gpu: &Gpu) -> Vec<ObjectBounds> {
+        let words = readback::words(&gpu.device, &gpu.queue, &self.scene.object_bounds);
+        let count = self.scene.shape.object_count as usize;
+        let stored = bytemuck::cast_slice::<_, ArchivedObjectBounds>(&words[..count * 8]);
+        stored.iter().map(|bounds| bounds.to_native()).collect()
+    }
+
     /// Bounds of the objects that move, from the GPU.
     pub fn moving_bounds(&self, gpu: &Gpu) -> Vec<ObjectBounds> {
-        let words = readback::words(&gpu.device, &gpu.queue, &self.scene.object_bounds);
-        let shape = &self.scene.shape;
-        let floats = |id: u32, at: usize| {
-            std::array::from_fn(|i| f32::from_bits(words[id as usize * 8 + at + i]))
-        };
-        (shape.static_count..shape.object_count)
-            .map(|id| ObjectBounds {
-                min: floats(id, 0),
-                cell: words[id as usize * 8 + 3],
-                max: floats(id, 4),
-                reserved: 0,
-            })
-            .collect()
+        self.object_bounds(gpu)
+            .split_off(self.scene.shape.static_count as usize)
     }
 }
 
@@ -190,6 +195,14 @@ impl Frame {
         pvs
     }
 
+    /// Depth and item buffer.
+    pub fn image(&self) -> Image {
+        Image {
+            depth_bits: self.depth.iter().map(|depth| depth.to_bits()).collect(),
+            items: self.item.clone(),
+        }
+    }
+
     /// The distinct ids in the item buffer, ascending.
     pub fn visible(&self) -> Vec<u32> {
         let mut ids = self.item.clone();
@@ -220,16 +233,18 @@ pub struct Host<'g> {
 impl<'g> Host<'g> {
     /// A host for `world`.
     pub fn new(gpu: &'g Gpu, world: &World, size: [u32; 2], depth: DepthConvention) -> Self {
-        Self::with_guard(gpu, world, size, depth, true)
+        let mutant = world.scene.profile.mutant.of_host();
+        Self::with_guard(gpu, world, size, depth, Guard::Snippet, mutant)
     }
 
-    /// A host that keeps every fragment (`guarded` false) or those that `hroc_keeps` lets pass.
+    /// A host that discards by `guard`, in which `hroc_keeps` lacks a safeguard.
     pub fn with_guard(
         gpu: &'g Gpu,
         world: &World,
         size: [u32; 2],
         depth: DepthConvention,
-        guarded: bool,
+        guard: Guard,
+        mutant: Mutant,
     ) -> Self {
         let device = &gpu.device;
         let scene = &world.scene;
@@ -275,12 +290,11 @@ impl<'g> Host<'g> {
                 .collect::<Vec<_>>(),
         });
         let pipeline = |entry| {
-            let mutant = scene.profile.mutant.of_host();
             let key = format!(
-                "test host {entry} {depth:?} {guarded} {mutant:?} {}",
+                "test host {entry} {depth:?} {guard:?} {mutant:?} {}",
                 scene.quantized
             );
-            let make = || pipeline(device, scene, &layout, depth, guarded, entry);
+            let make = || pipeline(device, scene, &layout, depth, guard, mutant, entry);
             scene.profile.pipelines.get(&key, make)
         };
         Self {
@@ -301,6 +315,11 @@ impl<'g> Host<'g> {
     /// Draws `world` as it is now.
     pub fn follow(&mut self, world: &World) {
         self.scene = world.scene.clone();
+    }
+
+    /// Size of the frame that was drawn last, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.targets.targets().size
     }
 
     /// Runs one frame of a case, in its own size if it has one.
@@ -398,7 +417,8 @@ fn pipeline(
     scene: &Scene,
     layout: &wgpu::BindGroupLayout,
     depth: DepthConvention,
-    guarded: bool,
+    guard: Guard,
+    mutant: Mutant,
     entry: &str,
 ) -> wgpu::RenderPipeline {
     let marked = entry == "marked";
@@ -418,11 +438,7 @@ fn pipeline(
         bind_group_layouts: &layouts,
         immediate_size: 0,
     });
-    let constants = [
-        depth.constants()[0],
-        ("GUARDED", f64::from(u8::from(guarded))),
-        scene.profile.mutant.of_host().constant(),
-    ];
+    let constants = [depth.constants()[0], guard.constant(), mutant.constant()];
     let options = wgpu::PipelineCompilationOptions {
         constants: &constants,
         ..Default::default()

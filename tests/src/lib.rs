@@ -6,6 +6,7 @@ pub mod depth_map;
 pub mod group_oracle;
 pub mod host;
 pub mod messages;
+pub mod no_culling;
 pub mod oracle;
 pub mod random_trees;
 pub mod slab;

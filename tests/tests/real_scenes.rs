@@ -11,9 +11,11 @@ use hroc_preprocess::bake::{BakeOptions, bake};
 use hroc_preprocess::generate::{self, Params};
 use hroc_preprocess::import::{ImportOptions, import};
 use hroc_preprocess::progress::Silent;
-use hroc_runtime::{CullingMethod, DepthConvention, Hroc, HrocOptions, Noc};
+use hroc_runtime::{CullingMethod, DepthConvention, Hroc, HrocOptions};
 use hroc_study::camera_path::{Cameras, orbit, walk_in};
-use hroc_tests::host::{Host, World, difference};
+use hroc_study::hard_cases::CaseFrame;
+use hroc_tests::host::{World, difference};
+use hroc_tests::no_culling::{NoCulling, Sums};
 use hroc_tests::variants::each_exact_method;
 use hroc_tests::{Gpu, own_gpu};
 
@@ -73,8 +75,8 @@ fn wrong_frames(gpu: &Gpu, path: &Path, options: &BakeOptions) -> Option<Vec<Str
         BakedScene::from_bytes(&bytes, Check::Everything).unwrap_or_else(|e| panic!("{name}: {e}"));
     let world = World::new(gpu, baked);
     let depth = DepthConvention::Reversed;
-    let host = Host::new(gpu, &world, SIZE, depth);
-    let mut noc = Noc::new(&gpu.device, &world.scene, depth);
+    let mut no_culling = NoCulling::new(gpu, &world, SIZE, depth);
+    let mut sums = Sums::default();
     // Each method once, HROC with every tree.
     let mut methods = each_exact_method(gpu, &world, depth);
     methods.extend(world.trees[1..].iter().map(|tree| {
@@ -92,9 +94,13 @@ fn wrong_frames(gpu: &Gpu, path: &Path, options: &BakeOptions) -> Option<Vec<Str
     let (mut visible, mut drawn) = (0, 0);
     let mut failures = Vec::new();
     for (number, camera) in cameras.iter().chain(&[circle.camera_at(2.0)]).enumerate() {
-        let truth = host.render(&mut noc, camera);
+        let (judgement, truth, _) = no_culling.judge(&world, &CaseFrame::from(*camera));
+        sums.add(judgement);
+        if let Some(fault) = judgement.first_fault {
+            failures.push(format!("{name} without culling frame {number}: {fault}"));
+        }
         for (method, culling) in &mut methods {
-            let frame = host.render(culling.as_mut(), camera);
+            let frame = no_culling.kept.render(culling.as_mut(), camera);
             let found = difference(&truth, &frame);
             if found.wrong_pixels + found.false_negatives > 0 {
                 failures.push(format!("{name} {method} frame {number}: {found:?}"));
@@ -107,7 +113,7 @@ fn wrong_frames(gpu: &Gpu, path: &Path, options: &BakeOptions) -> Option<Vec<Str
     }
     assert!(visible > 0, "{name}: no camera saw anything");
     eprintln!(
-        "{name}: {visible} visible, {drawn} drawn in nine coherent frames of {} objects",
+        "{name}: {visible} visible, {drawn} drawn in nine coherent frames of {} objects; {sums:?}",
         world.scene.shape.object_count
     );
     Some(failures)

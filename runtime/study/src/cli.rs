@@ -8,6 +8,7 @@ mod msoc;
 mod path;
 mod report;
 mod run;
+mod sampling;
 mod study;
 
 use std::io::{self, Write};
@@ -19,9 +20,11 @@ use hroc_format::{ArchivedScene, BakedScene};
 use hroc_runtime::DepthConvention;
 
 use crate::camera_path::{CameraPath, orbit, walk_in};
+use crate::compare::unique;
 use crate::error::{StudyError, exit};
 use crate::output::OutputFile;
 use crate::registry;
+use crate::results::RunResults;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -111,6 +114,21 @@ fn to_stdout(text: &str) -> Result<(), StudyError> {
         }
         _ => Ok(()),
     }
+}
+
+/// Names what `hroc_keeps` judged wrongly, a line for each frame with such a fragment. Whether there was any.
+fn report_faults(runs: &[RunResults]) -> bool {
+    let lines = runs.iter().flat_map(|run| {
+        let (scene, path) = (&run.scene.name, &run.path);
+        let line = move |fault| format!("error: {scene}, path {path}, {fault}");
+        run.faults().map(line)
+    });
+    // All contenders of a course have the same.
+    let lines = unique(lines);
+    for line in &lines {
+        let _ = writeln!(io::stderr(), "{line}");
+    }
+    !lines.is_empty()
 }
 
 fn open_scene(path: &Path) -> Result<BakedScene, StudyError> {

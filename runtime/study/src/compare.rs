@@ -120,8 +120,12 @@ impl Comparison {
         unique(self.runs.iter().map(RunResults::label))
     }
 
-    /// Whether a contender that claims to be exact is not.
+    /// Whether a contender that claims to be exact is not, or no culling has faults of its own.
     pub fn failed(&self) -> bool {
+        let has_faults = |run: &RunResults| run.faults().next().is_some();
+        if self.runs.iter().any(has_faults) {
+            return true;
+        }
         let exact = self.runs.iter().filter(|run| run.is_exact());
         exact
             .filter_map(RunResults::errors)
@@ -156,7 +160,23 @@ impl Comparison {
     }
 
     /// Adds what another comparison found, on the same machine: its commands stand beside these.
-    pub fn join(&mut self, other: Self) {
+    ///
+    /// # Errors
+    /// A message if both have runs of one scene and camera path over different frames: a table would hold both as if
+    /// they were of the same frames.
+    pub fn join(&mut self, other: Self) -> Result<(), String> {
+        let place = |run: &RunResults| (run.scene.name.clone(), run.path.clone());
+        for run in &other.runs {
+            let same_place = |ours: &&RunResults| place(ours) == place(run);
+            let frames = |run: &RunResults| (run.sampling, run.frames, run.size, run.depth.clone());
+            if (self.runs.iter().filter(same_place)).any(|ours| frames(ours) != frames(run)) {
+                return Err(format!(
+                    "its runs of {}, {} are over other frames (--sampling, --frames, --size or --depth) than those of \
+                     an earlier file; make a report of its own of it",
+                    run.scene.name, run.path
+                ));
+            }
+        }
         self.command = format!("{}; {}", self.command, other.command);
         self.skipped.extend(other.skipped);
         for trees in other.trees {
@@ -165,6 +185,7 @@ impl Comparison {
             }
         }
         self.runs.extend(other.runs);
+        Ok(())
     }
 
     /// Runs `contenders` over `course` and adds what they found. A course that nobody can run is noted as skipped; the
@@ -237,10 +258,12 @@ impl Comparison {
             run.scene.file_bytes == baked.file_bytes().len() as u64
                 && run.adapter == adapter
                 && run.path_hash.as_ref() == Some(&path_hash)
+                && run.sampling == course.sampling
                 && (run.frames, run.repeats, run.size)
                     == (course.frames, course.repeats, course.size)
                 && run.depth == course.depth.name()
                 && run.errors().is_some() == course.check
+                && run.no_culling.is_some() == course.check
                 && run.scene.hash.as_ref() == Some(&*scene_hash)
         };
         let is_same = self.host == earlier.host
@@ -279,6 +302,7 @@ pub(crate) fn unique<T: PartialEq>(values: impl IntoIterator<Item = T>) -> Vec<T
 pub(crate) mod tests {
     use super::*;
     use crate::results::tests::sample;
+    use crate::unculled::{Fault, FaultKind};
 
     /// Two scenes, with some contenders each.
     pub(crate) fn two_scenes() -> Comparison {
@@ -317,6 +341,32 @@ pub(crate) mod tests {
         assert!(comparison.failed());
         comparison.runs[1].exactness = "approximate".into();
         assert!(!comparison.failed());
+        // Whatever the method claims: the truth itself is wrong.
+        comparison.runs[1].per_frame[0].fault = Some(Fault {
+            kind: FaultKind::StrayKept,
+            pixel: [0, 0],
+            object: 1,
+        });
+        assert!(comparison.failed());
+    }
+
+    #[test]
+    fn runs_over_other_frames_are_not_joined() {
+        let mut spread = two_scenes();
+        spread.join(two_scenes()).unwrap();
+        let mut cuts = two_scenes();
+        for run in &mut cuts.runs {
+            run.sampling = crate::sampling::Sampling::Cuts {
+                fps: 60.0,
+                fill_frames: 1,
+            };
+        }
+        let refused = spread.join(cuts.clone()).unwrap_err();
+        assert!(refused.contains("house, walk-in"), "{refused}");
+        for run in &mut cuts.runs {
+            run.path = "orbit".into();
+        }
+        spread.join(cuts).unwrap();
     }
 
     #[test]

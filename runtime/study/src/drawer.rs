@@ -45,6 +45,39 @@ impl Output {
     }
 }
 
+/// Which fragments a drawer discards, beside those in holes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Guard {
+    /// Those that `hroc_keeps` refuses.
+    #[default]
+    Snippet,
+    /// Those whose depth is infinite or NaN.
+    Finite,
+    /// None.
+    Off,
+}
+
+impl Guard {
+    /// The pipeline constant, `GUARD`, of the shaders that discard by it.
+    pub const fn constant(self) -> (&'static str, f64) {
+        let number = match self {
+            Self::Snippet => 0.0,
+            Self::Finite => 1.0,
+            Self::Off => 2.0,
+        };
+        ("GUARD", number)
+    }
+}
+
+/// What makes one drawer draw other pixels than another.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    depth: DepthConvention,
+    holes: bool,
+    guard: Guard,
+    output: Output,
+}
+
 /// Draws objects with their base colour and their id.
 #[derive(Debug)]
 pub struct ObjectDrawer {
@@ -75,7 +108,7 @@ impl ObjectDrawer {
         targets: &FrameTargets,
         depth: DepthConvention,
     ) -> Self {
-        Self::with_holes(device, scene, targets, depth, false)
+        Self::with_guard(device, scene, targets, depth, false, Guard::Snippet)
     }
 
     /// A drawer that writes depth and item buffer as ever, and adds up in `count`, instead of colour, the
@@ -87,37 +120,44 @@ impl ObjectDrawer {
         count: &wgpu::TextureView,
         depth: DepthConvention,
     ) -> Self {
-        Self::make(device, scene, count, depth, false, Output::FragmentCount)
+        let look = Look {
+            depth,
+            holes: false,
+            guard: Guard::Snippet,
+            output: Output::FragmentCount,
+        };
+        Self::make(device, scene, count, look)
     }
 
-    /// The same; `holes`: masked objects get holes, for tests, as baked scenes hold no textures.
-    pub fn with_holes(
+    /// A drawer of `scene` into `targets` that discards by `guard`. With `holes`, masked objects get holes: for tests, as
+    /// baked scenes hold no textures.
+    pub fn with_guard(
         device: &wgpu::Device,
         scene: &Scene,
         targets: &FrameTargets,
         depth: DepthConvention,
         holes: bool,
+        guard: Guard,
     ) -> Self {
-        let color = &targets.color_view;
-        Self::make(device, scene, color, depth, holes, Output::Color)
+        let look = Look {
+            depth,
+            holes,
+            guard,
+            output: Output::Color,
+        };
+        Self::make(device, scene, &targets.color_view, look)
     }
 
-    fn make(
-        device: &wgpu::Device,
-        scene: &Scene,
-        color: &wgpu::TextureView,
-        depth: DepthConvention,
-        holes: bool,
-        output: Output,
-    ) -> Self {
+    fn make(device: &wgpu::Device, scene: &Scene, color: &wgpu::TextureView, look: Look) -> Self {
         let layout = bind_group_layout(device);
         let pipeline = |variant| {
             let key = format!(
-                "object_color {output:?} {variant:?} {depth:?} {holes} {} {}",
+                "object_color {variant:?} {look:?} {:?} {} {}",
+                scene.profile.mutant.of_host(),
                 scene.normals.is_some(),
                 scene.quantized
             );
-            let make = || pipeline(device, scene, &layout, depth, holes, variant, output);
+            let make = || pipeline(device, scene, &layout, look, variant);
             scene.profile.pipelines.get(&key, make)
         };
         let uniform = |label, size| {
@@ -151,7 +191,7 @@ impl ObjectDrawer {
             frame,
             eye,
             scene: scene.clone(),
-            output,
+            output: look.output,
             color: color.clone(),
         }
     }
@@ -231,11 +271,15 @@ fn pipeline(
     device: &wgpu::Device,
     scene: &Scene,
     layout: &wgpu::BindGroupLayout,
-    depth: DepthConvention,
-    holes: bool,
+    look: Look,
     variant: Variant,
-    output: Output,
 ) -> wgpu::RenderPipeline {
+    let Look {
+        depth,
+        holes,
+        guard,
+        output,
+    } = look;
     let marked = variant == Variant::Marked;
     let text = match (output, marked) {
         (Output::Color, false) => WGSL.to_owned(),
@@ -259,7 +303,12 @@ fn pipeline(
         bind_group_layouts: &layouts,
         immediate_size: 0,
     });
-    let constants = [depth.constants()[0], ("HOLES", f64::from(u8::from(holes)))];
+    let constants = [
+        depth.constants()[0],
+        ("HOLES", f64::from(u8::from(holes))),
+        guard.constant(),
+        scene.profile.mutant.of_host().constant(),
+    ];
     let options = wgpu::PipelineCompilationOptions {
         constants: &constants,
         ..Default::default()

@@ -36,6 +36,16 @@ pub fn frame_times(run: &RunResults, clock: FrameClock) -> Option<Vec<f64>> {
     }
 }
 
+/// How many of the steady frames each window has, in their order; empty without windows.
+pub fn window_lengths(run: &RunResults) -> Vec<usize> {
+    let frames = run.steady_frames();
+    if frames.iter().any(|frame| frame.window.is_none()) {
+        return Vec::new();
+    }
+    let windows = frames.chunk_by(|a, b| a.window == b.window);
+    windows.map(<[Frame]>::len).collect()
+}
+
 /// Means of the times of the steady frames, in their order; `None` where none were taken. Unlike the medians they have
 /// all that a method did in one replay and not in another.
 pub fn mean_frame_times(run: &RunResults) -> Option<Vec<f64>> {
@@ -92,17 +102,32 @@ pub fn false_negatives(run: &RunResults) -> Option<f64> {
     Some(run.errors()?[1] as f64 / run.per_frame.len() as f64)
 }
 
+/// Mean number of pixels where no culling shows something else without `hroc_keeps`, likewise; `None` where there are
+/// none, which is the rule.
+pub fn removed(run: &RunResults) -> Option<f64> {
+    let removed = run.no_culling?.removed.all();
+    (removed > 0).then(|| removed as f64 / run.per_frame.len() as f64)
+}
+
+/// Mean number of pixels that show strays where nothing is discarded, likewise.
+pub fn strays(run: &RunResults) -> Option<f64> {
+    let strays = run.no_culling?.strays;
+    (strays > 0).then(|| strays as f64 / run.per_frame.len() as f64)
+}
+
 /// C/N: culled objects, of all.
 pub fn culled_of_all(run: &RunResults) -> Option<f64> {
     let objects = run.scene.objects as f64;
     mean_over(run, |frame| ratio(objects - frame.pvs? as f64, objects))
 }
 
-/// C/R: culled objects, of those that do not show.
+/// C/R: culled objects, of those that do not show. Frames that show nothing are left out, as every object outside the
+/// view volume counts as culled; `None` if there is no other frame.
 pub fn culled_of_hidden(run: &RunResults) -> Option<f64> {
     let objects = run.scene.objects as f64;
     mean_over(run, |frame| {
-        ratio(objects - frame.pvs? as f64, objects - frame.visible? as f64)
+        let visible = frame.visible.filter(|&visible| visible > 0)? as f64;
+        ratio(objects - frame.pvs? as f64, objects - visible)
     })
 }
 
@@ -119,6 +144,7 @@ pub fn ratio(a: f64, b: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::results::NoCulling;
     use crate::results::tests::sample;
 
     #[test]
@@ -133,6 +159,14 @@ mod tests {
         assert_eq!(culled_of_all(&run), Some(0.5));
         assert_eq!(culled_of_hidden(&run), Some(5.0 / 6.0));
         assert_eq!(cull_rate_in_frustum(&run), Some(0.75));
+        let mut empty = run.clone();
+        (empty.per_frame[5].visible, empty.per_frame[5].pvs) = (Some(0), Some(0));
+        assert_eq!(culled_of_hidden(&empty), Some(5.0 / 6.0));
+        empty.per_frame[4].visible = Some(0);
+        assert_eq!(culled_of_hidden(&empty), None);
+        assert_eq!((removed(&run), strays(&run)), (Some(2.0), Some(3.0)));
+        run.no_culling = Some(NoCulling::default());
+        assert_eq!((removed(&run), strays(&run)), (None, None));
         run.per_frame[0].wrong_pixels = Some(3);
         assert_eq!(
             (wrong_pixels(&run), false_negatives(&run)),

@@ -6,9 +6,12 @@ use std::collections::BTreeMap;
 use hroc_methods::HardwareTimes;
 use serde::{Deserialize, Serialize};
 
+use crate::sampling::Sampling;
+use crate::unculled::{Fault, Removed};
+
 /// The JSON's version.
 pub const SCHEMA: u32 = 1;
-/// Frames at the start that averages leave out, as in the paper: caches and history are cold.
+/// Frames at the start that averages over spread frames leave out, as in the paper: caches and history are cold.
 pub const WARM_UP_FRAMES: usize = 4;
 
 /// A run of one method over one scene.
@@ -43,6 +46,10 @@ pub struct RunResults {
     pub split: Option<String>,
     /// Width and height, pixels.
     pub size: [u32; 2],
+    /// How frames were taken from the path; `spread` in results of before there was a choice.
+    #[serde(default)]
+    pub sampling: Sampling,
+    /// Counted frames.
     pub frames: u32,
     /// How often every frame was timed.
     #[serde(default = "once")]
@@ -56,7 +63,37 @@ pub struct RunResults {
     /// Fragments per pixel of one frame; only where they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub overdraw: Option<Overdraw>,
+    /// What is wrong with no culling itself; `None` in a run without the check.
+    #[serde(default)]
+    pub no_culling: Option<NoCulling>,
     pub per_frame: Vec<Frame>,
+}
+
+/// What the fragments of no culling say about `hroc_keeps`, summed over the frames. See [`crate::unculled`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NoCulling {
+    /// Pixels where `hroc_keeps` changes what shows, by what it removes.
+    pub removed: Removed,
+    /// Pixels that show a fragment outside its object's padded bounds where nothing is discarded.
+    pub strays: usize,
+    /// Pixels that show such a fragment in spite of `hroc_keeps`.
+    pub kept_strays: usize,
+    /// Frames with a fault: a true fragment was removed, or a stray was kept.
+    pub faulty_frames: usize,
+}
+
+impl NoCulling {
+    /// The sums; `None` where a frame was not judged.
+    pub fn of(frames: &[Frame]) -> Option<Self> {
+        let mut sums = Self::default();
+        for frame in frames {
+            sums.removed += frame.removed?;
+            sums.strays += frame.strays?;
+            sums.kept_strays += frame.kept_strays?;
+            sums.faulty_frames += usize::from(frame.fault.is_some());
+        }
+        Some(sums)
+    }
 }
 
 const fn once() -> u32 {
@@ -191,6 +228,20 @@ pub enum Warning {
     },
     /// The scene has no objects.
     EmptyScene,
+    /// Some frames show no object.
+    NothingVisible {
+        /// How many frames.
+        frames: u32,
+        /// Frames in the run.
+        of: u32,
+    },
+    /// The camera path has no room for the windows.
+    ShortPath {
+        /// Duration of the path, seconds.
+        path_s: f64,
+        /// Duration of all windows, seconds.
+        windows_s: f64,
+    },
 }
 
 impl std::fmt::Display for Warning {
@@ -209,6 +260,15 @@ impl std::fmt::Display for Warning {
             ),
             Self::TruthNotCached { reason } => f.write_str(reason),
             Self::EmptyScene => f.write_str("the scene has no objects"),
+            Self::NothingVisible { frames, of } => write!(
+                f,
+                "no object is visible in {frames} of {of} frames, and C/R leaves them out; check the camera path"
+            ),
+            Self::ShortPath { path_s, windows_s } => write!(
+                f,
+                "the windows last {windows_s:.3} s together and the camera path {path_s:.3} s, so windows overlap or \
+                 the camera rests after the last key; use fewer frames, or --sampling spread"
+            ),
         }
     }
 }
@@ -216,6 +276,12 @@ impl std::fmt::Display for Warning {
 /// One frame. The fields of the check are `None` in a run without it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
+    /// Number of the window, from 0; `None` without windows.
+    #[serde(default)]
+    pub window: Option<u32>,
+    /// Seconds after the first key of the camera path; `None` in results of before it was written.
+    #[serde(default)]
+    pub t_s: Option<f64>,
     /// Objects that show.
     pub visible: Option<usize>,
     /// Objects whose bounds meet the view volume.
@@ -228,6 +294,18 @@ pub struct Frame {
     pub false_negatives: Option<usize>,
     /// Pixels of right depth with another object's id.
     pub depth_ties: Option<usize>,
+    /// Pixels where no culling shows something else without `hroc_keeps`, by what was removed.
+    #[serde(default)]
+    pub removed: Option<Removed>,
+    /// Pixels of no culling without `hroc_keeps` whose fragment lies outside its object's padded bounds.
+    #[serde(default)]
+    pub strays: Option<usize>,
+    /// Pixels of no culling with `hroc_keeps` whose fragment does.
+    #[serde(default)]
+    pub kept_strays: Option<usize>,
+    /// The first fragment of no culling that `hroc_keeps` judged wrongly, if any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fault: Option<Fault>,
     /// Hidden objects in the view volume that were not drawn, as a share of the hidden objects in it;
     /// `None` also where none is hidden.
     pub cull_rate: Option<f64>,
@@ -318,6 +396,12 @@ impl RunResults {
         self.exactness == crate::registry::Exactness::Exact.name()
     }
 
+    /// The faults of no culling, a line for each frame that has one.
+    pub fn faults(&self) -> impl Iterator<Item = String> {
+        let frames = self.per_frame.iter().enumerate();
+        frames.filter_map(|(number, frame)| Some(format!("frame {number}, {}", frame.fault?)))
+    }
+
     /// The JSON text.
     pub fn to_json(&self) -> String {
         let mut json = serde_json::to_string_pretty(self).expect("results become JSON");
@@ -326,8 +410,10 @@ impl RunResults {
     }
 
     /// The frames that averages are made of.
+    ///
+    /// Spread frames begin with a warm-up; other frames come after uncounted ones.
     pub fn steady_frames(&self) -> &[Frame] {
-        if self.per_frame.len() > WARM_UP_FRAMES {
+        if self.sampling == Sampling::Spread && self.per_frame.len() > WARM_UP_FRAMES {
             &self.per_frame[WARM_UP_FRAMES..]
         } else {
             &self.per_frame
@@ -349,15 +435,25 @@ impl RunResults {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::unculled::FaultKind;
 
     pub(crate) fn sample() -> RunResults {
         let frame = |frame_ms| Frame {
+            window: None,
+            t_s: Some(frame_ms),
             visible: Some(4),
             in_frustum: Some(8),
             pvs: Some(5),
             wrong_pixels: Some(0),
             false_negatives: Some(0),
             depth_ties: Some(1),
+            removed: Some(Removed {
+                stray: 2,
+                ..Default::default()
+            }),
+            strays: Some(3),
+            kept_strays: Some(0),
+            fault: None,
             cull_rate: Some(0.75),
             sets: SetSizes {
                 v: Some(4),
@@ -375,6 +471,7 @@ pub(crate) mod tests {
                 ..Default::default()
             },
         };
+        let frames = [100.0, 100.0, 100.0, 100.0, 2.0, 4.0].map(frame).to_vec();
         RunResults {
             schema: SCHEMA,
             scene: SceneInfo {
@@ -395,6 +492,7 @@ pub(crate) mod tests {
             hardware: None,
             split: Some("sah".into()),
             size: [64, 36],
+            sampling: Sampling::Spread,
             frames: 6,
             repeats: 1,
             depth: "reversed".into(),
@@ -417,7 +515,8 @@ pub(crate) mod tests {
             },
             warnings: vec![Warning::EmptyScene, Warning::NoWarmUp { frames: 2 }],
             overdraw: None,
-            per_frame: [100.0, 100.0, 100.0, 100.0, 2.0, 4.0].map(frame).to_vec(),
+            no_culling: NoCulling::of(&frames),
+            per_frame: frames,
         }
     }
 
@@ -446,11 +545,13 @@ pub(crate) mod tests {
         for (at, expected) in [
             (
                 "",
-                "schema scene path path_hash method mode exactness knobs grouping box_cost split size frames repeats depth adapter paths memory_bytes warnings per_frame",
+                "schema scene path path_hash method mode exactness knobs grouping box_cost split size sampling frames repeats depth adapter paths memory_bytes warnings no_culling per_frame",
             ),
             ("/scene", "name objects triangles file_bytes hash"),
             ("/adapter", "name driver backend"),
             ("/paths", "submission early_z subpixel_step_px clock"),
+            ("/no_culling", "removed strays kept_strays faulty_frames"),
+            ("/per_frame/0/removed", "stray not_finite true"),
             ("/per_frame/0/sets", "V O G U D"),
             (
                 "/per_frame/0/counters",
@@ -458,7 +559,7 @@ pub(crate) mod tests {
             ),
             (
                 "/per_frame/0",
-                "visible in_frustum pvs wrong_pixels false_negatives depth_ties cull_rate sets frame_ms gpu_ms stages_ms counters",
+                "window t_s visible in_frustum pvs wrong_pixels false_negatives depth_ties removed strays kept_strays cull_rate sets frame_ms gpu_ms stages_ms counters",
             ),
         ] {
             let mut found = names(value.pointer(at).unwrap());
@@ -466,12 +567,18 @@ pub(crate) mod tests {
             assert_eq!(found, sorted(expected), "{at}");
         }
         assert!(value["per_frame"][0]["sets"]["O"].is_null());
-        // Results of before there were hashes.
+        // Results of before there were hashes, and before no culling was judged.
         let mut old = value.clone();
         old.as_object_mut().unwrap().remove("path_hash");
+        old.as_object_mut().unwrap().remove("no_culling");
+        for name in ["removed", "strays", "kept_strays"] {
+            let frame = &mut old["per_frame"][0];
+            frame.as_object_mut().unwrap().remove(name);
+        }
         old["scene"].as_object_mut().unwrap().remove("hash");
         let old = serde_json::from_value::<RunResults>(old).unwrap();
         assert_eq!((old.path_hash, old.scene.hash), (None, None));
+        assert_eq!((old.no_culling, old.per_frame[0].removed), (None, None));
         assert_eq!(value["warnings"][1]["kind"], "no_warm_up");
     }
 
@@ -489,6 +596,19 @@ pub(crate) mod tests {
         assert_eq!(results.errors(), Some([0, 0]));
         results.per_frame[1].wrong_pixels = Some(3);
         assert_eq!(results.errors(), Some([3, 0]));
+        let fault = Fault {
+            kind: FaultKind::TrueRemoved,
+            pixel: [5, 6],
+            object: 7,
+        };
+        results.per_frame[3].fault = Some(fault);
+        let sums = NoCulling::of(&results.per_frame).unwrap();
+        assert_eq!((sums.removed.all(), sums.strays), (12, 18));
+        assert_eq!((sums.kept_strays, sums.faulty_frames), (0, 1));
+        let lines = results.faults().collect::<Vec<_>>();
+        assert_eq!(lines, [format!("frame 3, {fault}")]);
+        results.per_frame[0].removed = None;
+        assert_eq!(NoCulling::of(&results.per_frame), None);
         results.per_frame[2].wrong_pixels = None;
         assert_eq!(results.errors(), None);
         results.per_frame.truncate(3);

@@ -1,5 +1,7 @@
 //! A run: contenders over the frames of a camera path, replayed once per question so that no answer disturbs
-//! another. Every replay starts without history.
+//! another. Every replay draws all frames of the [`Schedule`], begins with new methods, and resets them where another
+//! history begins.
+//! Uncounted frames are drawn like the others and enter no result.
 //!
 //! 1. *Observed*: the sets, the images, and the check against the truth.
 //! 2. *Timed*: whole frames by the host's clock, nothing else between them.
@@ -11,6 +13,7 @@
 //! In every replay all contenders draw a frame, each with a history of its own, before any draws the next one: a
 //! machine that gets slower hurts all of them alike. Who begins changes from frame to frame.
 //!
+//! [`Schedule`]: crate::sampling::Schedule
 //! [`GpuStageClock`]: crate::gpu_clock::GpuStageClock
 //! [`StageClock`]: crate::stage_clock::StageClock
 
@@ -37,8 +40,10 @@ use crate::gpu::Gpu;
 use crate::hash;
 use crate::image::Image;
 use crate::results::{
-    AdapterInfo, Hardware, Memory, Paths, RunResults, SCHEMA, SceneInfo, WARM_UP_FRAMES, Warning,
+    AdapterInfo, Hardware, Memory, NoCulling, Paths, RunResults, SCHEMA, SceneInfo, WARM_UP_FRAMES,
+    Warning,
 };
+use crate::sampling::Sampling;
 use crate::targets::FrameTargets;
 
 /// A finished frame of the observed replay.
@@ -88,14 +93,14 @@ pub fn run_all(
     let mut bench = Bench::new(gpu, baked, course)?;
     let mut entrants = Vec::new();
     for contender in contenders {
-        let mut entrant = Entrant::new(contender, course.frames);
+        let mut entrant = Entrant::new(contender, &bench.schedule);
         if let Err(error) = bench.admit(contender) {
             entrant.fail(gpu, error)?;
         }
         entrants.push(entrant);
     }
     progress.set_length(
-        replays::count(course, contenders) * u64::from(course.frames) * contenders.len() as u64,
+        replays::count(course, contenders) * bench.schedule.len() * contenders.len() as u64,
     );
     progress.set_position(0);
 
@@ -107,7 +112,7 @@ pub fn run_all(
     bench.replay_counted(&mut entrants, progress)?;
     gpu.check()?;
 
-    warnings.extend(warnings_of(gpu, baked.scene(), course));
+    warnings.extend(warnings_of(gpu, baked.scene(), &bench));
     let finish =
         |entrant: Entrant<'_>| entrant.finish(|entrant| results(&bench, &warnings, entrant));
     Ok(entrants.into_iter().map(finish).collect())
@@ -118,6 +123,13 @@ fn results(bench: &Bench<'_>, warnings: &[Warning], entrant: Entrant<'_>) -> Run
     let scene = bench.baked.scene();
     let [geometry, objects] = bench.scene.memory_bytes();
     let tree = bench.tree(contender);
+    let mut warnings = warnings.to_vec();
+    if entrant.empty_frames > 0 && !scene.objects.is_empty() {
+        warnings.push(Warning::NothingVisible {
+            frames: entrant.empty_frames,
+            of: course.frames,
+        });
+    }
     RunResults {
         schema: SCHEMA,
         scene: SceneInfo {
@@ -143,6 +155,7 @@ fn results(bench: &Bench<'_>, warnings: &[Warning], entrant: Entrant<'_>) -> Run
         hardware: HardwareTimes::known(&bench.scene.profile).map(Hardware::from),
         split: tree.map(|_| contender.split.clone()),
         size: course.size,
+        sampling: course.sampling,
         frames: course.frames,
         repeats: course.repeats,
         depth: course.depth.name().to_owned(),
@@ -164,21 +177,31 @@ fn results(bench: &Bench<'_>, warnings: &[Warning], entrant: Entrant<'_>) -> Run
             tree: tree.map_or(0, hroc_runtime::Tree::memory_bytes),
             method: entrant.method_bytes,
         },
-        warnings: warnings.to_vec(),
+        no_culling: NoCulling::of(&entrant.frames),
+        warnings,
         overdraw: entrant.overdraw,
         per_frame: entrant.frames,
     }
 }
 
-fn warnings_of(gpu: &Gpu, scene: &ArchivedScene, course: &Course) -> Vec<Warning> {
+fn warnings_of(gpu: &Gpu, scene: &ArchivedScene, bench: &Bench<'_>) -> Vec<Warning> {
+    let course = bench.course;
     let software = gpu.info.device_type == wgpu::DeviceType::Cpu;
     let warnings = [
         software.then(|| Warning::SoftwareAdapter {
             adapter: gpu.info.name.clone(),
         }),
-        (course.frames as usize <= WARM_UP_FRAMES).then_some(Warning::NoWarmUp {
-            frames: course.frames,
-        }),
+        (course.sampling == Sampling::Spread && course.frames as usize <= WARM_UP_FRAMES)
+            .then_some(Warning::NoWarmUp {
+                frames: course.frames,
+            }),
+        bench
+            .schedule
+            .too_long_s()
+            .map(|windows_s| Warning::ShortPath {
+                path_s: course.path.duration_s(),
+                windows_s,
+            }),
         scene.objects.is_empty().then_some(Warning::EmptyScene),
     ];
     warnings.into_iter().flatten().collect()

@@ -108,9 +108,11 @@ fn of_course(course: &CourseRuns<'_>) -> Vec<Pair> {
             let (Some(ours), Some(theirs)) = (measure.of(base), measure.of(other)) else {
                 continue;
             };
-            let (Some(found), Some(base), Some(mean)) =
-                (compare(&ours, &theirs), mean(&ours), mean(&theirs))
-            else {
+            let (Some(found), Some(base), Some(mean)) = (
+                compare(&ours, &theirs, &metrics::window_lengths(base)),
+                mean(&ours),
+                mean(&theirs),
+            ) else {
                 continue;
             };
             pairs.push(Pair {

@@ -1,7 +1,7 @@
 //! A run in a few lines for people.
 
 use crate::metrics;
-use crate::results::{Frame, RunResults};
+use crate::results::{Frame, NoCulling, RunResults};
 use crate::statistics::percentile;
 use crate::table::markdown;
 
@@ -13,7 +13,7 @@ pub fn markdown_summary(results: &RunResults) -> String {
         .flatten()
         .map(|option| format!(" {option}"));
     let mut text = format!(
-        "{}{} on {}: {} objects, {} triangles, {} frames of {width}x{height}, {} depth, {}\n\n",
+        "{}{} on {}: {} objects, {} triangles, {width}x{height}, {} depth, {}\n{}\n\n",
         results.method,
         options.collect::<String>(),
         if results.scene.name.is_empty() {
@@ -23,9 +23,9 @@ pub fn markdown_summary(results: &RunResults) -> String {
         },
         results.scene.objects,
         results.scene.triangles,
-        results.frames,
         results.depth,
         results.adapter.name,
+        results.sampling.describe(results.frames),
     );
     text += &markdown(["per frame", "value"], rows(results));
     for warning in &results.warnings {
@@ -47,6 +47,12 @@ fn rows(results: &RunResults) -> Vec<[String; 2]> {
         .iter()
         .map(|frame| frame.frame_ms)
         .collect::<Vec<_>>();
+
+    // A dash where the check ran and there is nothing to say.
+    let of_hidden = |rate| match (rate, results.errors()) {
+        (None, Some(_)) => crate::table::ABSENT.to_owned(),
+        _ => share(rate),
+    };
 
     let mut rows = vec![
         (
@@ -104,11 +110,11 @@ fn rows(results: &RunResults) -> Vec<[String; 2]> {
         ),
         (
             "C/R (culled / hidden)".to_owned(),
-            share(metrics::culled_of_hidden(results)),
+            of_hidden(metrics::culled_of_hidden(results)),
         ),
         (
             "culled / hidden, in the frustum".to_owned(),
-            share(metrics::cull_rate_in_frustum(results)),
+            of_hidden(metrics::cull_rate_in_frustum(results)),
         ),
     ]);
     if let Some([wrong_pixels, false_negatives]) = results.errors() {
@@ -129,6 +135,27 @@ fn rows(results: &RunResults) -> Vec<[String; 2]> {
             (
                 "depth ties, all frames (pixels)".to_owned(),
                 ties.to_string(),
+            ),
+        ]);
+    }
+    if let Some(NoCulling {
+        removed,
+        strays,
+        kept_strays,
+        ..
+    }) = results.no_culling
+    {
+        rows.extend([
+            (
+                "removed by hroc_keeps: strays, not finite, true (pixels)".to_owned(),
+                format!(
+                    "{}, {}, {}",
+                    removed.stray, removed.not_finite, removed.true_
+                ),
+            ),
+            (
+                "strays without hroc_keeps, and with it (pixels)".to_owned(),
+                format!("{strays}, {kept_strays}"),
             ),
         ]);
     }
@@ -175,7 +202,20 @@ mod tests {
         assert_eq!(value("culled / hidden, in"), "75.00 %");
         assert_eq!(value("pack, median"), "0.250");
         assert_eq!(value("depth ties"), "6");
-        assert!(!text.contains("rays"));
+        assert_eq!(value("removed by"), "12, 0, 0");
+        assert_eq!(value("strays without"), "18, 0");
+        assert!(!text.contains("| rays") && !text.contains("| ray-box"));
+        assert!(text.contains("6 frames spread evenly"));
+        let mut empty = sample();
+        for frame in &mut empty.per_frame {
+            (frame.visible, frame.cull_rate) = (Some(0), None);
+        }
+        let empty = markdown_summary(&empty);
+        let rates = empty.lines().filter(|line| line.contains("/ hidden"));
+        assert!(
+            rates.clone().count() == 2 && rates.clone().all(|line| line.contains("| - ")),
+            "{empty}"
+        );
         assert!(text.contains("warning: the scene has no objects"));
     }
 }

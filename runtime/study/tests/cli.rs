@@ -49,7 +49,7 @@ fn wrong_options_exit_with_2_and_name_what_there_is() {
     refused(
         &house.hroc(&["run", "rooms.hroc", "--png", "a.png", "--png-frame", "100"]),
         2,
-        &["100 frames"],
+        &["60 frames"],
     );
     refused(
         &house.hroc(&["run", "rooms.hroc", "--json", "none/x.json"]),
@@ -230,6 +230,9 @@ fn results_and_images_are_written() {
         "wrong_pixels",
         "false_negatives",
         "depth_ties",
+        "removed",
+        "strays",
+        "kept_strays",
     ] {
         assert!(results["per_frame"][5][absent].is_null(), "{absent}");
     }
@@ -240,6 +243,7 @@ fn results_and_images_are_written() {
         );
     }
     assert!(results["mode"].is_null() && results["split"].is_null());
+    assert!(results["no_culling"].is_null());
     assert!(
         fs::read(house.path("f.png"))
             .unwrap()
@@ -281,6 +285,8 @@ fn stages_are_timed_by_either_clock() {
             "-",
             "--clock",
             clock,
+            "--frames",
+            "2",
         ]);
         // Not every device has timestamps.
         if output.status.code() == Some(4) && clock == "gpu" {
@@ -321,7 +327,19 @@ fn the_truth_is_cached_and_a_cache_that_cannot_be_written_is_a_warning() {
     }
     let house = House::new(2);
     let entries = |folder: &Path| fs::read_dir(folder).map_or(0, Iterator::count);
-    house.run(&["--check", "--truth-cache", "truth"], 0);
+    // A method that is told the truth stores it too, but does not judge it.
+    house.run(&["--method", "ref", "--truth-cache", "truth"], 0);
+    let judged = || {
+        let output = house.run(&["--check", "--truth-cache", "truth", "--json", "-"], 0);
+        serde_json::from_slice::<Value>(&output.stdout).unwrap()["no_culling"].clone()
+    };
+    let (first, again) = (judged(), judged());
+    assert_eq!(first["removed"]["true"], 0, "{first}");
+    assert_eq!(
+        (&first["kept_strays"], &first["faulty_frames"]),
+        (&0.into(), &0.into())
+    );
+    assert_eq!(first, again);
     // The turn ends where it began: the six frames have five cameras.
     assert_eq!(entries(&house.path("truth")), 5);
     house.run(
@@ -368,6 +386,8 @@ fn degenerate_scenes_and_sizes_run() {
             "--frames",
             "2",
             "--check",
+            "--sampling",
+            "spread",
             "--size",
             size,
         ]);

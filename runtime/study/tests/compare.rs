@@ -9,9 +9,19 @@ use std::path::Path;
 use std::process::Output;
 
 use hroc_study::compare::{Comparison, Kind};
+use hroc_study::unculled::{Fault, FaultKind};
 use support::{House, refused, text, without_gpu};
 
-const SMALL: [&str; 6] = ["--size", "96x54", "--frames", "6", "--repeat", "2"];
+const SMALL: [&str; 8] = [
+    "--size",
+    "96x54",
+    "--frames",
+    "6",
+    "--repeat",
+    "2",
+    "--sampling",
+    "spread",
+];
 
 /// `hroc compare` or `hroc study` in a small size, into `out`, which must end with `code`.
 fn run(house: &House, command: &[&str], code: i32) -> Output {
@@ -283,6 +293,31 @@ fn a_comparison_writes_its_data_and_every_rendering_of_it() {
             .status
             .code(),
         Some(1)
+    );
+    a_fault_of_no_culling_fails(&house, &comparison);
+}
+
+/// Whatever the contender claims, and named by frame, pixel and object.
+fn a_fault_of_no_culling_fails(house: &House, comparison: &Comparison) {
+    let mut wrong = comparison.clone();
+    assert!(wrong.runs.iter().all(|run| run.no_culling.is_some()));
+    wrong.runs[0].exactness = "approximate".into();
+    wrong.runs[0].per_frame[2].fault = Some(Fault {
+        kind: FaultKind::TrueRemoved,
+        pixel: [11, 12],
+        object: 13,
+    });
+    fs::write(
+        house.path("wrong.json"),
+        serde_json::to_string(&wrong).unwrap(),
+    )
+    .unwrap();
+    let output = house.hroc(&["report", "wrong.json", "-o", "again"]);
+    assert_eq!(output.status.code(), Some(1));
+    let message = text(&output.stderr);
+    assert!(
+        message.contains("frame 2, pixel (11, 12), object 13: `hroc_keeps` removes"),
+        "{message}"
     );
 }
 

@@ -11,6 +11,7 @@ use hroc_study::gpu_clock::{ClockChoice, GpuClock, GpuStageClock};
 use hroc_study::registry::{Exactness, METHODS, Method, Mode, method};
 use hroc_study::results::{Counters, Frame, RunResults};
 use hroc_study::run::{Contender, Course, View, run_all};
+use hroc_study::sampling::Sampling;
 use indicatif::ProgressBar;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
@@ -73,6 +74,7 @@ fn all_viewed(
         scene_name: "rooms".into(),
         path_name: "orbit".into(),
         path: orbit(baked.scene()),
+        sampling: Sampling::Spread,
         frames: 5,
         size: [96, 54],
         depth: DepthConvention::default(),

@@ -38,7 +38,7 @@ pub(super) struct CompareArguments {
     /// Every value that a sweep gives the knobs, one knob at a time.
     #[arg(long)]
     sweep: bool,
-    /// The frame whose overdraw is mapped, from 0; the middle of the path if left out.
+    /// The counted frame whose overdraw is mapped, from 0; the one in the middle if left out.
     #[arg(long, value_name = "FRAME")]
     overdraw_frame: Option<u32>,
 }
@@ -67,7 +67,7 @@ pub(super) fn compare(arguments: &CompareArguments) -> Result<u8, StudyError> {
         sweep: arguments.sweep,
     };
     selection.check().map_err(StudyError::Usage)?;
-    let frames = arguments.course.frames();
+    let (_, frames) = arguments.course.sampling()?;
     let overdraw_frame = arguments.overdraw_frame.unwrap_or(frames / 2);
     if overdraw_frame >= frames {
         return Err(StudyError::Usage(format!(

@@ -7,7 +7,8 @@ use hroc_format::BakedScene;
 use hroc_runtime::Grouping;
 
 use super::run::{parse_size, progress_bar};
-use super::{Depth, camera_path, open_scene, path_name, to_stdout};
+use super::sampling::SamplingArguments;
+use super::{Depth, camera_path, open_scene, path_name, report_faults, to_stdout};
 use crate::camera_path::CameraPath;
 use crate::compare::{Comparison, Kind, SceneTrees, Selection, unique};
 use crate::error::{StudyError, exit};
@@ -16,6 +17,7 @@ use crate::gpu_clock::ClockChoice;
 use crate::output::keep_inputs_in;
 use crate::report;
 use crate::run::Course;
+use crate::sampling::Sampling;
 use crate::truth::TruthCache;
 
 /// Scenes, paths and what is done with each frame.
@@ -33,9 +35,8 @@ pub(super) struct CourseArguments {
     /// Camera path: walk-in, orbit, or a file; may be given several times. walk-in if left out.
     #[arg(long, value_name = "PATH")]
     path: Vec<PathBuf>,
-    /// Frames, spread evenly over the path.
-    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    frames: u32,
+    #[command(flatten)]
+    sampling: SamplingArguments,
     /// How often the path is replayed for its times.
     #[arg(long, default_value_t = 3, value_name = "R", value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeat: u32,
@@ -88,6 +89,7 @@ impl CourseArguments {
         overdraw_frame: Option<u32>,
         fits: impl Fn(&Path, &BakedScene) -> Result<(), StudyError>,
     ) -> Result<u8, StudyError> {
+        let sampling = self.sampling()?;
         let entries = self.entries(fits)?;
         let inputs: Vec<&Path> = self
             .scenes
@@ -131,7 +133,8 @@ impl CourseArguments {
                 comparison.trees.push(trees);
             }
             for (path_name, path) in &entry.paths {
-                let course = self.course(&gpu, &entry.name, path_name, path, overdraw_frame);
+                let course =
+                    self.course(&gpu, &entry.name, path_name, path, sampling, overdraw_frame);
                 let taken = earlier.as_ref().is_some_and(|earlier| {
                     comparison.take_over(earlier, &gpu, &entry.baked, &course, &contenders)
                 });
@@ -164,6 +167,7 @@ impl CourseArguments {
         scene_name: &str,
         path_name: &str,
         path: &CameraPath,
+        (sampling, frames): (Sampling, u32),
         overdraw_frame: Option<u32>,
     ) -> Course {
         let truth_folder = self.truth_cache.clone().or_else(TruthCache::default_folder);
@@ -171,7 +175,8 @@ impl CourseArguments {
             scene_name: scene_name.to_owned(),
             path_name: path_name.to_owned(),
             path: path.clone(),
-            frames: self.frames,
+            sampling,
+            frames,
             size: self.size,
             depth: self.depth.convention(),
             profile: gpu.profile.clone(),
@@ -185,9 +190,9 @@ impl CourseArguments {
         }
     }
 
-    /// How many frames there are.
-    pub(super) const fn frames(&self) -> u32 {
-        self.frames
+    /// How frames are taken from each path, and the number of counted frames.
+    pub(super) fn sampling(&self) -> Result<(Sampling, u32), StudyError> {
+        self.sampling.resolve()
     }
 
     fn entries(
@@ -292,6 +297,7 @@ pub(super) fn finish(folder: &Path, comparison: &Comparison) -> Result<u8, Study
         "\nreport: {}\n",
         folder.join(report::PAGE).display()
     ))?;
+    report_faults(&comparison.runs);
     Ok(if comparison.failed() {
         exit::CHECK_FAILED
     } else {

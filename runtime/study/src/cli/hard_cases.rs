@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use clap::Args;
 
 use super::run::{parse_size, progress_bar};
+use super::sampling::SamplingArguments;
 use super::{Destination, JsonOutput, to_stdout};
 use crate::error::{StudyError, exit};
 use crate::gpu::{Gpu, GpuOptions};
@@ -31,6 +32,8 @@ pub(super) struct HardCasesArguments {
     /// Width and height of frames whose case does not decide it; 128x72, with --full 640x360 if left out.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
+    #[command(flatten)]
+    sampling: SamplingArguments,
     /// Write the results as JSON; `-` for the standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<Destination>,
@@ -68,6 +71,7 @@ pub(super) fn hard_cases(arguments: &HardCasesArguments) -> Result<u8, StudyErro
         methods: methods.map_err(StudyError::Usage)?,
         scale,
         size: arguments.size.unwrap_or(scale.size()),
+        sampling: arguments.sampling.resolve_for_cases()?,
         paths: Vec::new(),
     };
     let json = arguments.json.as_ref().map(JsonOutput::open).transpose()?;

@@ -32,7 +32,12 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<u8, StudyError> {
                     .to_owned(),
             });
         }
-        comparison.join(other);
+        comparison
+            .join(other)
+            .map_err(|reason| StudyError::Results {
+                path: path.clone(),
+                reason,
+            })?;
     }
     let inputs: Vec<&Path> = arguments.results.iter().map(PathBuf::as_path).collect();
     report::create(&arguments.output, &inputs)?;

@@ -7,7 +7,10 @@ use clap::{Args, ValueEnum};
 use hroc_runtime::{DeviceProfile, EarlyZ, Grouping, Submission, readback};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Depth, Destination, JsonOutput, camera_path, open_scene, path_name, to_stdout};
+use super::sampling::SamplingArguments;
+use super::{
+    Depth, Destination, JsonOutput, camera_path, open_scene, path_name, report_faults, to_stdout,
+};
 use crate::error::{StudyError, exit};
 use crate::gpu::{Gpu, GpuError, GpuOptions};
 use crate::gpu_clock::ClockChoice;
@@ -42,9 +45,8 @@ pub(super) struct RunArguments {
     /// Camera path: walk-in, orbit, or a file.
     #[arg(long, default_value = "walk-in", value_name = "PATH")]
     path: PathBuf,
-    /// Frames, spread evenly over the path.
-    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    frames: u32,
+    #[command(flatten)]
+    sampling: SamplingArguments,
     /// Width and height of the image, pixels.
     #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
     size: [u32; 2],
@@ -72,10 +74,10 @@ pub(super) struct RunArguments {
     /// Write a frame as an image.
     #[arg(long, value_name = "FILE")]
     png: Option<PathBuf>,
-    /// Which frame to write, from 0; the last one if left out.
+    /// Which counted frame to write, from 0; the last one if left out.
     #[arg(long, value_name = "FRAME", requires = "png")]
     png_frame: Option<u32>,
-    /// Write depth and item buffer of every frame as NumPy arrays into this folder.
+    /// Write depth and item buffer of every counted frame as NumPy arrays into this folder.
     #[arg(long, value_name = "DIR")]
     dump: Option<PathBuf>,
     /// Part of the name of the adapter to use; also read from WGPU_ADAPTER_NAME. A GPU, if there is one,
@@ -147,18 +149,15 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
         .mode(arguments.mode.as_deref())
         .map_err(options_error)?;
     let knobs = method.knobs(&arguments.knob).map_err(options_error)?;
-    if let Some(frame) = arguments
-        .png_frame
-        .filter(|&frame| frame >= arguments.frames)
-    {
-        let frames = arguments.frames;
+    let (sampling, frames) = arguments.sampling.resolve()?;
+    if let Some(frame) = arguments.png_frame.filter(|&frame| frame >= frames) {
         return Err(StudyError::Usage(format!(
             "--png-frame {frame}: there are {frames} frames, from 0"
         )));
     }
     let baked = open_scene(&arguments.scene)?;
     let path = camera_path(&arguments.path, baked.scene())?;
-    let mut outputs = Outputs::open(arguments)?;
+    let mut outputs = Outputs::open(arguments, frames)?;
     let gpu = Gpu::open(&GpuOptions {
         adapter: arguments.adapter.clone(),
         features: method.features,
@@ -186,7 +185,8 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
         scene_name: baked.scene().name.as_str().to_owned(),
         path_name: path_name(&arguments.path),
         path,
-        frames: arguments.frames,
+        sampling,
+        frames,
         size: arguments.size,
         depth: arguments.depth.convention(),
         profile,
@@ -209,6 +209,9 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, StudyError> {
     progress.finish_and_clear();
     let results = results?;
     outputs.finish(&results)?;
+    if report_faults(std::slice::from_ref(&results)) {
+        return Ok(exit::CHECK_FAILED);
+    }
     Ok(match results.errors() {
         Some(errors) if errors != [0, 0] && mode.exactness == Exactness::Exact => {
             exit::CHECK_FAILED
@@ -260,7 +263,7 @@ struct Outputs {
 }
 
 impl Outputs {
-    fn open(arguments: &RunArguments) -> Result<Self, StudyError> {
+    fn open(arguments: &RunArguments, frames: u32) -> Result<Self, StudyError> {
         let inputs = [arguments.scene.as_path(), &arguments.path];
         let files = [
             (
@@ -278,7 +281,7 @@ impl Outputs {
             output::create_folder(folder)?;
         }
         let json = arguments.json.as_ref().map(JsonOutput::open).transpose()?;
-        let frame = arguments.png_frame.unwrap_or(arguments.frames - 1);
+        let frame = arguments.png_frame.unwrap_or(frames - 1);
         let png = arguments
             .png
             .as_deref()

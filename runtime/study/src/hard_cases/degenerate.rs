@@ -174,3 +174,20 @@ fn collinear(rng: &mut Rng, count: usize) -> SourceMesh {
         [a, a + step, a + 4.0 * step]
     }))
 }
+/// The same, no object larger than a pixel or two.
+pub(super) const ONE_PIXEL: HardCase = HardCase {
+    name: "one-pixel",
+    failure: "objects of one pixel, made of triangles without area: the only fragment had no depth",
+    make: |scale| {
+        let mut rng = Rng(314);
+        let mut meshes = vec![super::builder::cube()];
+        meshes.extend((0..4).map(|_| without_area(&mut rng, 12)));
+        meshes.extend((0..4).map(|_| narrow(&mut rng, 12)));
+        meshes.extend((0..8).map(|_| coarse_disc(&mut rng, 36)));
+        let mut b = Builder::new(meshes);
+        let count = scale.pick(900, 9000);
+        let height = scale.size()[1];
+        about_a_wall(&mut b, &mut rng, [1, 16, count], [0.5, 2.0], height);
+        CaseScene::new(b.build(), drifting(scale.pick(10, 24)))
+    },
+};

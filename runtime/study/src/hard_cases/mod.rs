@@ -14,8 +14,10 @@ mod history;
 mod materials;
 mod motion;
 mod near_plane;
+pub mod no_culling;
 mod rays;
 pub mod run;
+mod sampling;
 mod screen;
 mod small;
 mod transforms;
@@ -199,6 +201,7 @@ pub const CASES: &[HardCase] = &[
     degenerate::DEGENERATE,
     degenerate::NEAR_DEGENERATE,
     degenerate::COLLINEAR,
+    degenerate::ONE_PIXEL,
     rays::PARALLEL_RAYS,
     rays::EDGE_RAYS,
     rays::SNAPPED_GRID,

@@ -2,28 +2,32 @@
 
 use std::time::Instant;
 
-use hroc_format::{ArchivedScene, BakedScene};
+use hroc_format::{ArchivedObjectBounds, ArchivedScene, BakedScene};
 use hroc_methods::Recorded;
 use hroc_runtime::moving::MovingObjects;
 use hroc_runtime::{
-    CameraError, CullingMethod, DepthConvention, DeviceProfile, FrameContext, Grouping, Noc, Scene,
-    Tree,
+    CameraError, CullingMethod, DepthConvention, DeviceProfile, FrameContext, FrameUniform,
+    Grouping, Noc, Scene, Tree, readback,
 };
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
 
+use super::no_culling::{self, CaseFault, CaseNoCulling};
+use super::sampling::steps;
 use super::{CaseFrame, CaseScene, HardCase, Scale};
 use crate::blended_truth::BlendedTruth;
 use crate::check::FrameCheck;
-use crate::drawer::ObjectDrawer;
+use crate::drawer::{Guard, ObjectDrawer};
 use crate::drawn::Drawn;
 use crate::error::StudyError;
 use crate::gpu::Gpu;
 use crate::image::{Image, ImageCopy};
 use crate::registry::{Exactness, Knobs, Method, Mode, Parts, feature_names};
 use crate::results::AdapterInfo;
+use crate::sampling::Sampling;
 use crate::table;
 use crate::targets::FrameTargets;
+use crate::unculled::{self, Judgement, Unculled};
 
 /// The JSON's version.
 pub const SCHEMA: u32 = 1;
@@ -39,6 +43,8 @@ pub struct HardCaseOptions {
     pub scale: Scale,
     /// Size of frames that have none of their own, pixels.
     pub size: [u32; 2],
+    /// How frames are taken from the lists of the cases.
+    pub sampling: Sampling,
     /// Device paths to force, beside both groupings; empty: the device's own path and the default grouping.
     pub paths: Vec<DeviceProfile>,
 }
@@ -52,6 +58,9 @@ pub struct HardCaseResults {
     pub scale: String,
     /// Of frames that have no size of their own, pixels.
     pub size: [u32; 2],
+    /// How frames were taken from the lists of the cases.
+    #[serde(default)]
+    pub sampling: Sampling,
     pub adapter: AdapterInfo,
     /// Methods that were left out, and the device features they lack.
     pub skipped: Vec<Skipped>,
@@ -80,6 +89,9 @@ pub struct CaseResult {
     pub views: usize,
     /// From nothing to trees, ms.
     pub bake_ms: f64,
+    /// No culling itself, in each depth convention.
+    #[serde(default)]
+    pub no_culling: Vec<CaseNoCulling>,
     pub runs: Vec<MethodResult>,
 }
 
@@ -119,6 +131,7 @@ pub struct MethodResult {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs)]
 pub struct Failure {
+    /// Number among the counted frames, from 0.
     pub frame: usize,
     pub size: [u32; 2],
     pub wrong_pixels: usize,
@@ -152,6 +165,7 @@ pub fn run(
         schema: SCHEMA,
         scale: options.scale.name().to_owned(),
         size: options.size,
+        sampling: options.sampling,
         cases: cases.collect::<Result<_, _>>()?,
         adapter: AdapterInfo::of(&gpu.info),
         skipped: unfit
@@ -183,9 +197,11 @@ fn run_case(
         .iter()
         .flat_map(|method| stage.variants(method, &options.paths))
         .collect::<Vec<_>>();
-    let mut runs = Vec::new();
+    let (mut runs, mut no_culling) = (Vec::new(), Vec::new());
     for depth in DepthConvention::ALL {
-        runs.extend(stage.run(&generated, &variants, depth, options.size)?);
+        let (found, judged) = stage.run(&generated, &variants, depth, options)?;
+        runs.extend(found);
+        no_culling.push(judged);
     }
     let scene = baked.scene();
     Ok(CaseResult {
@@ -195,6 +211,7 @@ fn run_case(
         triangles: scene.drawn_triangle_count(),
         views: generated.view_count(),
         bake_ms,
+        no_culling,
         runs,
     })
 }
@@ -270,14 +287,20 @@ impl<'a> Stage<'a> {
         case: &CaseScene,
         variants: &[Variant<'_>],
         depth: DepthConvention,
-        size: [u32; 2],
-    ) -> Result<Vec<MethodResult>, StudyError> {
+        options: &HardCaseOptions,
+    ) -> Result<(Vec<MethodResult>, CaseNoCulling), StudyError> {
         let device = &self.gpu.device;
+        let size = options.size;
+        let steps = steps(case, options.sampling).map_err(StudyError::Usage)?;
+        let is_told = (variants.iter()).any(|variant| variant.method.is_told);
         let size_of = |frame: &CaseFrame| frame.size.unwrap_or(size);
         let first_size = case.frames.first().map_or(size, size_of);
         self.gpu.check_size(first_size)?;
         let mut targets = FrameTargets::new(device, first_size);
-        let mut drawer = ObjectDrawer::with_holes(device, &self.scene, &targets, depth, true);
+        let mut drawers = [Guard::Snippet, Guard::Off, Guard::Finite].map(|guard| {
+            ObjectDrawer::with_guard(device, &self.scene, &targets, depth, true, guard)
+        });
+        let mut judged = CaseNoCulling::new(depth);
         let mut truth = Noc::new(device, &self.scene, depth);
         let blended = BlendedTruth::new(self.gpu, self.baked.scene(), &self.scene, depth);
         let recorded = Recorded::default();
@@ -292,12 +315,16 @@ impl<'a> Stage<'a> {
             .collect::<Vec<_>>();
         let mut scene = self.scene.clone();
         let mut moving = MovingObjects::new(self.baked.scene(), &scene);
-        for (number, frame) in case.frames.iter().enumerate() {
+        let mut counted = 0;
+        for (number, step) in steps.iter().enumerate() {
+            let frame = &step.frame;
             let size = size_of(frame);
             if targets.targets().size != size {
                 self.gpu.check_size(size)?;
                 targets = FrameTargets::new(device, size);
-                drawer.draw_into(&targets);
+                for drawer in &mut drawers {
+                    drawer.draw_into(&targets);
+                }
             }
             if let Some(motion) = &case.motion {
                 let baked = self.baked.scene();
@@ -309,7 +336,28 @@ impl<'a> Stage<'a> {
                 frame,
                 number,
             };
-            let (truth, _) = self.draw(&mut truth, &mut drawer, &view)?;
+            if step.forgets {
+                self.forget(&mut methods[frame.view])?;
+            }
+            let [drawer, plain, finite] = &mut drawers;
+            if !step.counted && !is_told {
+                for method in &mut methods[frame.view] {
+                    self.draw(&mut **method, drawer, &view)?;
+                }
+                continue;
+            }
+            // The truth last: it stays in the targets.
+            let (plain, _) = self.draw(&mut truth, plain, &view)?;
+            let (finite, _) = self.draw(&mut truth, finite, &view)?;
+            let (truth, _) = self.draw(&mut truth, drawer, &view)?;
+            if step.counted {
+                let images = Unculled {
+                    kept: &truth,
+                    plain: &plain,
+                    finite: &finite,
+                };
+                judged.add(counted, size, &self.judge(images, &view, depth)?);
+            }
             let mut visible = truth.visible();
             if let Some(blended) = &blended {
                 let shown = blended.shown(self.gpu, &scene, &frame.camera, targets.targets());
@@ -317,15 +365,52 @@ impl<'a> Stage<'a> {
             }
             recorded.show(visible.words());
             for (method, result) in methods[frame.view].iter_mut().zip(&mut results) {
-                let (image, ms) = self.draw(&mut **method, &mut drawer, &view)?;
+                let (image, ms) = self.draw(&mut **method, drawer, &view)?;
+                if !step.counted {
+                    continue;
+                }
                 let drawn = Drawn::read(self.gpu, &**method).all();
                 let check = FrameCheck::new(&truth, &image, &visible, &drawn);
-                result.add(number, size, check, drawn.len(), ms);
+                result.add(counted, size, check, drawn.len(), ms);
             }
+            counted += usize::from(step.counted);
         }
         // What moved out of the tree must be back for the next depth convention.
         self.restore(&mut moving, &mut scene);
-        Ok(results)
+        Ok((results, judged))
+    }
+
+    /// Judges the images of a frame of no culling.
+    fn judge(
+        &self,
+        images: Unculled<'_>,
+        view: &View<'_>,
+        depth: DepthConvention,
+    ) -> Result<Judgement, StudyError> {
+        let size = view.targets.targets().size;
+        let uniform = FrameUniform::new(&view.frame.camera, depth, size, &view.scene.shape)
+            .map_err(|source| view.error(source))?;
+        // From the device: objects that move have bounds nowhere else.
+        let words = readback::words(&self.gpu.device, &self.gpu.queue, &view.scene.object_bounds);
+        let bounds = bytemuck::cast_slice::<u32, ArchivedObjectBounds>(
+            &words[..view.scene.shape.object_count as usize * 8],
+        );
+        let bounds = bounds.iter().map(|bounds| bounds.to_native());
+        Ok(unculled::judge(
+            images,
+            &uniform,
+            depth,
+            &bounds.collect::<Vec<_>>(),
+        ))
+    }
+
+    /// Takes the history of `methods` away, as an application does at a camera cut.
+    fn forget(&self, methods: &mut [Box<dyn CullingMethod>]) -> Result<(), StudyError> {
+        let mut encoder = self.gpu.encoder();
+        for method in methods {
+            method.reset(&mut encoder);
+        }
+        Ok(self.gpu.submit_and_wait(encoder)?)
     }
 
     /// Shows every object of the bake again and removes all others.
@@ -501,12 +586,13 @@ impl MethodResult {
 }
 
 impl HardCaseResults {
-    /// A method that claims to be exact was not.
+    /// A method that claims to be exact was not, or no culling has faults of its own.
     pub fn failed(&self) -> bool {
-        self.cases
-            .iter()
-            .flat_map(|case| &case.runs)
-            .any(MethodResult::failed)
+        let failed = |case: &CaseResult| {
+            case.runs.iter().any(MethodResult::failed)
+                || (case.no_culling.iter()).any(|judged| !judged.faults.is_empty())
+        };
+        self.cases.iter().any(failed)
     }
 
     /// As JSON, with a line's end.
@@ -556,7 +642,14 @@ impl HardCaseResults {
             "visible",
             "ms/frame",
         ];
-        let mut text = table::markdown(head, rows);
+        let mut text = table::markdown(head, rows) + &no_culling::table(&self.cases);
+        if self.sampling != Sampling::Spread {
+            text += &format!(
+                "\n--sampling {}: the listed frames of a case are the keys of a camera path, one each second; cases whose \
+                 objects move keep their own frames\n",
+                self.sampling.name()
+            );
+        }
         for skipped in &self.skipped {
             text += &format!(
                 "\nleft out: {} needs {}, which this device lacks\n",
@@ -564,6 +657,18 @@ impl HardCaseResults {
             );
         }
         for case in &self.cases {
+            for judged in &case.no_culling {
+                if let Some(CaseFault { frame, size, fault }) = judged.faults.first() {
+                    text += &format!(
+                        "\nFAILED: {} without culling ({} depth): {} frames have faults, first frame {frame} at {}x{}, {fault}\n",
+                        case.case,
+                        judged.depth,
+                        judged.faults.len(),
+                        size[0],
+                        size[1],
+                    );
+                }
+            }
             for run in case.runs.iter().filter(|run| run.failed()) {
                 let Failure {
                     frame,
@@ -593,6 +698,7 @@ impl HardCaseResults {
 mod tests {
     use super::*;
     use crate::id_set::IdSet;
+    use crate::unculled::{Fault, FaultKind, Removed};
     use hroc_format::NO_OBJECT;
     use hroc_runtime::{EarlyZ, Mutant, Submission};
 
@@ -633,6 +739,7 @@ mod tests {
             schema: SCHEMA,
             scale: Scale::Small.name().to_owned(),
             size: [1, 1],
+            sampling: Sampling::Spread,
             adapter: AdapterInfo {
                 name: String::new(),
                 driver: String::new(),
@@ -646,6 +753,7 @@ mod tests {
                 triangles: 24,
                 views: 1,
                 bake_ms: 1.0,
+                no_culling: Vec::new(),
                 runs: vec![run],
             }],
         };
@@ -658,5 +766,33 @@ mod tests {
         results.cases[0].runs[0].exactness = Exactness::Approximate.name().to_owned();
         assert!(!results.failed() && !results.markdown().contains("FAILED"));
         assert_eq!(results.cases[0].runs[0].wrong_pixels, 1);
+
+        // A fault of no culling fails the case, whatever the methods claim.
+        let mut judged = CaseNoCulling::new(DepthConvention::Standard);
+        judged.add(0, [8, 4], &Judgement::default());
+        results.cases[0].no_culling.push(judged);
+        assert!(!results.failed());
+        let fault = Fault {
+            kind: FaultKind::TrueRemoved,
+            pixel: [3, 2],
+            object: 1,
+        };
+        let judgement = Judgement {
+            removed: Removed {
+                true_: 1,
+                ..Default::default()
+            },
+            first_fault: Some(fault),
+            ..Default::default()
+        };
+        results.cases[0].no_culling[0].add(1, [8, 4], &judgement);
+        assert!(results.failed());
+        let told = "FAILED: two-objects without culling (standard depth): 1 frames have faults, first frame 1 at 8x4, pixel (3, 2), object 1";
+        assert!(results.markdown().contains(told), "{}", results.markdown());
+        let table = results.markdown().replace(' ', "");
+        assert!(
+            table.contains("|two-objects|standard|0|0|1|0|0|"),
+            "{table}"
+        );
     }
 }

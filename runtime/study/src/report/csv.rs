@@ -6,7 +6,7 @@ use crate::compare::Comparison;
 use crate::results::{Frame, RunResults};
 
 /// The columns that every run has.
-const RUN: [&str; 13] = [
+const RUN: [&str; 14] = [
     "scene",
     "path",
     "contender",
@@ -19,10 +19,13 @@ const RUN: [&str; 13] = [
     "width",
     "height",
     "objects",
+    "sampling",
     "steady",
 ];
-const FRAME: [&str; 25] = [
+const FRAME: [&str; 32] = [
     "frame",
+    "window",
+    "t_s",
     "frame_ms",
     "frame_samples_ms",
     "gpu_ms",
@@ -33,6 +36,11 @@ const FRAME: [&str; 25] = [
     "wrong_pixels",
     "false_negatives",
     "depth_ties",
+    "removed_stray",
+    "removed_not_finite",
+    "removed_true",
+    "strays",
+    "kept_strays",
     "cull_rate",
     "V",
     "O",
@@ -95,6 +103,7 @@ fn run_cells(run: &RunResults, steady: bool) -> [String; RUN.len()] {
         run.size[0].to_string(),
         run.size[1].to_string(),
         run.scene.objects.to_string(),
+        run.sampling.name().to_owned(),
         steady.to_string(),
     ]
 }
@@ -107,6 +116,8 @@ fn frame_cells(number: usize, frame: &Frame) -> [String; FRAME.len()] {
     let (sets, counters) = (&frame.sets, &frame.counters);
     [
         number.to_string(),
+        optional(frame.window),
+        optional(frame.t_s),
         frame.frame_ms.to_string(),
         samples(&frame.frame_samples_ms),
         optional(frame.gpu_ms),
@@ -117,6 +128,11 @@ fn frame_cells(number: usize, frame: &Frame) -> [String; FRAME.len()] {
         optional(frame.wrong_pixels),
         optional(frame.false_negatives),
         optional(frame.depth_ties),
+        optional(frame.removed.map(|removed| removed.stray)),
+        optional(frame.removed.map(|removed| removed.not_finite)),
+        optional(frame.removed.map(|removed| removed.true_)),
+        optional(frame.strays),
+        optional(frame.kept_strays),
         optional(frame.cull_rate),
         optional(sets.v),
         optional(sets.o),
@@ -166,7 +182,13 @@ mod tests {
             ("4".into(), "0.25".into())
         );
         assert_eq!((cell(0, "mode"), cell(6, "mode")), ("".into(), "of".into()));
+        assert_eq!(
+            [cell(0, "sampling"), cell(0, "window"), cell(5, "t_s")],
+            ["spread", "", "4"]
+        );
         assert_eq!(cell(12, "knobs"), "late-margin=0.5");
         assert_eq!((cell(0, "V"), cell(0, "O")), ("4".into(), "".into()));
+        let removed = ["removed_stray", "removed_true", "strays"].map(|name| cell(0, name));
+        assert_eq!(removed, ["2", "0", "3"]);
     }
 }

@@ -1,10 +1,12 @@
 //! What a report is made of, before it becomes Markdown or HTML.
 
 use crate::compare::{Comparison, CourseRuns, Kind, unique};
+use crate::metrics;
 use crate::report::heat_map::HeatScale;
 use crate::report::numbers::{count, number};
 use crate::report::{figures, tables};
-use crate::results::RunResults;
+use crate::results::{RunResults, WARM_UP_FRAMES};
+use crate::sampling::Sampling;
 use crate::table::Table;
 
 /// A chapter.
@@ -80,11 +82,11 @@ fn compared(comparison: &Comparison) -> Vec<Section> {
             figures::speed_error(course, &series),
         ));
     }
-    let mut times = vec![Block::Text(
+    let mut times = vec![Block::Text(format!(
         "Frame time by the host's clock, from the first command recorded until the device is idle. Median over the \
-         frames of the path ± half the distance between the quartiles; the first four frames are left out."
-            .into(),
-    )];
+         frames ± half the distance between the quartiles. {}",
+        averaged(comparison)
+    ))];
     times.extend(table("", tables::overview(comparison)));
     times.push(Block::Text(
         "p99: 99th percentile of all samples. Noise: median relative deviation of a frame's samples. /NOC and \
@@ -98,7 +100,7 @@ fn compared(comparison: &Comparison) -> Vec<Section> {
         "Table 4: culling efficiency",
         vec![Block::Text(
             "C: culled objects; N: all; R: those that do not show. In the frustum: culled of those hidden, both \
-             among objects whose bounds meet the view volume. Overdraw: fragments that passed the depth test as \
+             among objects whose bounds meet the view volume. Both rates leave out frames that show no object. Overdraw: fragments that passed the depth test as \
              they were drawn, per covered pixel, of one frame. Errors are means over all frames."
                 .into(),
         )],
@@ -107,7 +109,7 @@ fn compared(comparison: &Comparison) -> Vec<Section> {
     );
     let mut regret = vec![Block::Text(
         "By how much the mean frame time of auto exceeds that of always taking one of what it chooses from. The \
-         interval is a bootstrap over segments of the path. Which one drew how many frames is of the last repeat: \
+         interval is a bootstrap over windows, or over segments of the path where frames are spread over it. Which one drew how many frames is of the last repeat: \
          auto goes by times, so it may choose otherwise in another."
             .into(),
     )];
@@ -152,6 +154,20 @@ fn compared(comparison: &Comparison) -> Vec<Section> {
         section("Stages", stages),
         section("Overdraw", overdraw),
     ]
+}
+
+/// Which frames the averages of a report include.
+fn averaged(comparison: &Comparison) -> String {
+    let samplings = unique(comparison.runs.iter().map(|run| match run.sampling {
+        Sampling::Spread => {
+            format!("The first {WARM_UP_FRAMES} of the frames that are spread over the path are left out.")
+        }
+        Sampling::Windows { .. } => {
+            "Frames are those of windows of consecutive frames; the uncounted frames before each are left out.".into()
+        }
+        Sampling::Cuts { .. } => "Each frame comes right after a camera cut.".into(),
+    }));
+    samplings.join(" ")
 }
 
 /// A section of one table for each course.
@@ -283,11 +299,16 @@ fn heat_maps(course: &CourseRuns<'_>) -> Vec<Block> {
     let scale = HeatScale::of(maps().map(|(_, map)| map));
     let mut images = Vec::new();
     for (run, map) in maps() {
-        let per_pixel = map.fragments as f64 / map.covered_pixels.max(1) as f64;
+        let per_pixel = metrics::ratio(map.fragments as f64, map.covered_pixels as f64);
         match scale.picture(map) {
             Ok(png) => images.push(Image {
                 name: file_name(&["overdraw", course.scene, course.path, &run.label()]),
-                caption: format!("{}: {} per covered pixel", run.label(), number(per_pixel)),
+                caption: match per_pixel {
+                    Some(per_pixel) => {
+                        format!("{}: {} per covered pixel", run.label(), number(per_pixel))
+                    }
+                    None => format!("{}: no pixel is covered", run.label()),
+                },
                 png,
             }),
             Err(error) => {

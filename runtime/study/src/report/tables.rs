@@ -148,6 +148,8 @@ pub(super) fn culling(course: &CourseRuns<'_>) -> Option<Table> {
         "in the frustum",
         "wrong pixels",
         "false negatives",
+        "removed",
+        "strays",
         "drawn",
         "visible",
         "triangles",
@@ -175,6 +177,8 @@ pub(super) fn culling(course: &CourseRuns<'_>) -> Option<Table> {
             share(metrics::cull_rate_in_frustum(run)),
             or_absent(metrics::wrong_pixels(run)),
             or_absent(metrics::false_negatives(run)),
+            or_absent(metrics::removed(run)),
+            or_absent(metrics::strays(run)),
             objects(|frame| frame.pvs),
             objects(|frame| frame.visible),
             work(|frame| frame.counters.triangles),
@@ -234,11 +238,12 @@ pub(super) fn regret(comparison: &Comparison) -> Option<Table> {
             metrics::mean_frame_times(run)
         };
         let auto = course.runs.iter().find(|run| run.label() == "auto");
-        let (Some(auto), Some(base)) = (auto, times("auto")) else {
+        let (Some(auto_run), Some(base)) = (auto, times("auto")) else {
             continue;
         };
         let fixed = CHOICES.map(|(label, _)| times(label));
-        let over = |other: &Option<Vec<f64>>| relative_difference(other.as_ref()?, &base);
+        let windows = metrics::window_lengths(auto_run);
+        let over = |other: &Option<Vec<f64>>| relative_difference(other.as_ref()?, &base, &windows);
         let sum = |times: &Option<Vec<f64>>| {
             (times.as_ref()).map_or(f64::INFINITY, |times| times.iter().sum::<f64>())
         };
@@ -264,7 +269,7 @@ pub(super) fn regret(comparison: &Comparison) -> Option<Table> {
         row.push(interval(best.and_then(|i| over(&fixed[i]))));
         row.extend(fixed.iter().map(|times| interval(over(times))));
         row.extend(CHOICES.map(|(_, method)| {
-            let frames = auto.steady_frames().iter();
+            let frames = auto_run.steady_frames().iter();
             let chosen = frames.filter(|frame| frame.choice.as_deref() == Some(method));
             chosen.count().to_string()
         }));
@@ -335,7 +340,11 @@ pub(super) fn machine(comparison: &Comparison) -> Table {
         format!("{}x{}, {} depth", run.size[0], run.size[1], run.depth)
     });
     of_runs("frames", |run| {
-        format!("{}, each timed {} times", run.frames, run.repeats)
+        format!(
+            "{}; each timed {} times",
+            run.sampling.describe(run.frames),
+            run.repeats
+        )
     });
     of_runs("camera path", |run| run.path.clone());
     of_runs("scenes", |run| {

@@ -16,6 +16,7 @@ use crate::gpu_clock::GpuClock;
 use crate::hash;
 use crate::id_set::IdSet;
 use crate::registry::{Parts, feature_names};
+use crate::sampling::{Schedule, Step};
 use crate::targets::FrameTargets;
 
 /// A scene on the device with its trees, targets and rendering. There is one of each, whoever draws.
@@ -23,6 +24,8 @@ pub(super) struct Bench<'a> {
     pub(super) gpu: &'a Gpu,
     pub(super) baked: &'a BakedScene,
     pub(super) course: &'a Course,
+    /// All frames that each replay draws.
+    pub(super) schedule: Schedule,
     /// Of the baked file.
     pub(super) scene_hash: u128,
     pub(super) scene: Scene,
@@ -31,7 +34,7 @@ pub(super) struct Bench<'a> {
     drawer: ObjectDrawer,
     pub(super) overdraw: Option<OverdrawTarget>,
     pub(super) gpu_clock: Option<GpuClock>,
-    /// For methods that are told what shows: the sets of the frames so far, and the one they read.
+    /// For methods that are told what shows: the sets of all frames drawn so far, and the one they read.
     pub(super) recording: Vec<IdSet>,
     recorded: Recorded,
 }
@@ -50,6 +53,8 @@ impl<'a> Bench<'a> {
         baked: &'a BakedScene,
         course: &'a Course,
     ) -> Result<Self, StudyError> {
+        let schedule = Schedule::new(course.sampling, course.frames, &course.path)
+            .map_err(StudyError::Usage)?;
         gpu.check_size(course.size)?;
         let scene = Scene::upload(&gpu.device, &course.profile, baked.scene())?;
         let targets = FrameTargets::new(&gpu.device, course.size);
@@ -63,6 +68,7 @@ impl<'a> Bench<'a> {
             gpu,
             baked,
             course,
+            schedule,
             scene_hash: hash::scene(baked),
             scene,
             trees: BTreeMap::new(),
@@ -121,26 +127,33 @@ impl<'a> Bench<'a> {
         Ok(method)
     }
 
-    /// Where frame `frame` is seen from.
-    pub(super) fn camera(&self, frame: u32) -> Camera {
-        self.course.path.frame(frame, self.course.frames)
+    /// Where a frame is seen from.
+    pub(super) fn camera(&self, step: &Step) -> Camera {
+        self.course.path.camera_at(step.t_s)
     }
 
-    /// Records frame `frame` of the path by `method` into `encoder`.
+    /// Makes `visible` what methods that are told read from now on. `number` counts the steps.
+    pub(super) fn show_recorded(&self, number: usize) {
+        if let Some(visible) = self.recording.get(number) {
+            self.recorded.show(visible.words());
+        }
+    }
+
+    /// Records a frame by `method` into `encoder`.
     pub(super) fn encode(
         &mut self,
         method: &mut dyn CullingMethod,
-        frame: u32,
+        step: &Step,
         encoder: &mut wgpu::CommandEncoder,
         output: Output,
         observer: Option<&mut dyn StageObserver>,
     ) -> Result<(), StudyError> {
-        let at = |source| StudyError::Camera { frame, source };
-        let camera = self.camera(frame);
+        let at = |source| StudyError::Camera {
+            frame: step.frame,
+            source,
+        };
+        let camera = self.camera(step);
         let Self { gpu, course, .. } = self;
-        if let Some(visible) = self.recording.get(frame as usize) {
-            self.recorded.show(visible.words());
-        }
         let drawer = match (output, &mut self.overdraw) {
             (Output::FragmentCount, Some(overdraw)) => &mut overdraw.drawer,
             _ => &mut self.drawer,

@@ -5,6 +5,7 @@ use hroc_runtime::{DepthConvention, DeviceProfile, Grouping};
 use crate::camera_path::CameraPath;
 use crate::gpu_clock::ClockChoice;
 use crate::registry::{Knobs, Method, Mode};
+use crate::sampling::Sampling;
 use crate::truth::TruthCache;
 
 /// A method in one setting.
@@ -80,7 +81,9 @@ pub struct Course {
     pub path_name: String,
     /// Where the frames are seen from.
     pub path: CameraPath,
-    /// How many, spread evenly over the path.
+    /// How frames are taken from the path.
+    pub sampling: Sampling,
+    /// How many frames results include.
     pub frames: u32,
     /// Width and height, pixels.
     pub size: [u32; 2],
@@ -94,7 +97,7 @@ pub struct Course {
     pub check: bool,
     /// How often the path is replayed for its times; 0 leaves out the replays that time and count work.
     pub repeats: u32,
-    /// The frame whose overdraw is mapped, if any. Contenders whose knobs are turned have no map.
+    /// The counted frame whose overdraw is mapped, if any. Contenders whose knobs are turned have no map.
     pub overdraw_frame: Option<u32>,
     /// Where the truth is kept between runs, if anywhere.
     pub truth_cache: Option<TruthCache>,

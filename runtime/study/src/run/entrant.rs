@@ -7,6 +7,7 @@ use super::contender::Contender;
 use crate::error::StudyError;
 use crate::gpu::{Gpu, GpuError};
 use crate::results::{Frame, Overdraw};
+use crate::sampling::Schedule;
 use crate::statistics::median;
 
 /// A contender, what it has found so far, and why it no longer runs if it failed.
@@ -15,6 +16,8 @@ pub(super) struct Entrant<'a> {
     /// Of the replay that is going on. A failed one has none.
     pub(super) method: Option<Box<dyn CullingMethod>>,
     pub(super) frames: Vec<Frame>,
+    /// Counted frames that show no object.
+    pub(super) empty_frames: u32,
     pub(super) overdraw: Option<Overdraw>,
     /// GPU memory beyond scene and tree, bytes.
     pub(super) method_bytes: u64,
@@ -22,11 +25,19 @@ pub(super) struct Entrant<'a> {
 }
 
 impl<'a> Entrant<'a> {
-    pub(super) fn new(contender: &'a Contender, frames: u32) -> Self {
+    pub(super) fn new(contender: &'a Contender, schedule: &Schedule) -> Self {
+        let counted = schedule.steps().filter(|step| step.counted);
         Self {
             contender,
             method: None,
-            frames: vec![Frame::default(); frames as usize],
+            frames: counted
+                .map(|step| Frame {
+                    window: schedule.window(&step),
+                    t_s: Some(step.t_s),
+                    ..Frame::default()
+                })
+                .collect(),
+            empty_frames: 0,
             overdraw: None,
             method_bytes: 0,
             failure: None,
@@ -48,7 +59,7 @@ impl<'a> Entrant<'a> {
         gpu.recover()
     }
 
-    /// Starts a replay, without history.
+    /// Starts a replay: gives the contender a new method, without history.
     pub(super) fn start(&mut self, bench: &Bench<'_>, count_work: bool) -> Result<(), GpuError> {
         if self.failure.is_some() {
             return Ok(());
@@ -59,6 +70,19 @@ impl<'a> Entrant<'a> {
                 Ok(())
             }
             Err(error) => self.fail(bench.gpu, error),
+        }
+    }
+
+    /// Takes the method's history away, as an application does at a camera cut.
+    pub(super) fn forget(&mut self, bench: &Bench<'_>) -> Result<(), GpuError> {
+        let Some(method) = &mut self.method else {
+            return Ok(());
+        };
+        let mut encoder = bench.gpu.encoder();
+        method.reset(&mut encoder);
+        match bench.gpu.submit_and_wait(encoder) {
+            Ok(()) => Ok(()),
+            Err(error) => self.fail(bench.gpu, error.into()),
         }
     }
 

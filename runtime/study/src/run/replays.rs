@@ -20,23 +20,19 @@ use crate::gpu_clock::GpuStageClock;
 use crate::id_set::IdSet;
 use crate::image::{Image, ImageCopy};
 use crate::results::{Frame, Warning};
+use crate::sampling::Step;
 use crate::stage_clock::StageClock;
 
 /// How often all contenders go over the path.
 pub(super) fn count(course: &Course, contenders: &[Contender]) -> u64 {
-    let counted = contenders
-        .iter()
-        .any(|contender| counted_frames(course, contender) > 0);
+    let counted = contenders.iter().any(|contender| counts(course, contender));
     1 + 2 * u64::from(course.repeats) + u64::from(counted)
 }
 
-/// How many frames of the counted replay a contender draws.
-fn counted_frames(course: &Course, contender: &Contender) -> u32 {
-    match overdraw_frame(course, contender) {
-        _ if course.repeats == 0 => 0,
-        _ if contender.method.counts_work => course.frames,
-        frame => frame.map_or(0, |frame| frame + 1),
-    }
+/// Whether a contender has anything to count.
+fn counts(course: &Course, contender: &Contender) -> bool {
+    let map = overdraw_frame(course, contender).is_some();
+    course.repeats > 0 && (contender.method.counts_work || map)
 }
 
 /// The frame of which a contender gets a map.
@@ -46,9 +42,9 @@ fn overdraw_frame(course: &Course, contender: &Contender) -> Option<u32> {
         .filter(|_| contender.knobs.turned().is_empty())
 }
 
-/// The places of `count` contenders in the order they draw frame `frame` in: everyone begins equally often.
-fn order(count: usize, frame: u32, round: u32) -> impl Iterator<Item = usize> {
-    let first = frame as usize + round as usize;
+/// The places of `count` contenders in the order they draw frame `number` in: everyone begins equally often.
+fn order(count: usize, number: usize, round: u32) -> impl Iterator<Item = usize> {
+    let first = number + round as usize;
     (0..count).map(move |place| (first + place) % count)
 }
 
@@ -71,22 +67,23 @@ impl From<GpuError> for Ended {
 }
 
 impl Bench<'_> {
-    /// Draws frame `number` by all entrants that have not failed, through `step`.
+    /// Draws frame `number` of the schedule by all entrants that have not failed, through `draw`.
     fn frame(
         &mut self,
         entrants: &mut [Entrant<'_>],
-        number: u32,
+        number: usize,
         round: u32,
         progress: &ProgressBar,
-        mut step: impl FnMut(&mut Self, &mut dyn CullingMethod, &mut Entrant<'_>) -> Result<(), Ended>,
+        mut draw: impl FnMut(&mut Self, &mut dyn CullingMethod, &mut Entrant<'_>) -> Result<(), Ended>,
     ) -> Result<(), StudyError> {
+        self.show_recorded(number);
         for place in order(entrants.len(), number, round) {
             let entrant = &mut entrants[place];
             progress.inc(1);
             let Some(mut method) = entrant.method.take() else {
                 continue;
             };
-            let ended = step(self, &mut *method, entrant).and_then(|()| Ok(self.gpu.check()?));
+            let ended = draw(self, &mut *method, entrant).and_then(|()| Ok(self.gpu.check()?));
             match ended {
                 Ok(()) => entrant.method = Some(method),
                 Err(Ended::Contender(error)) => entrant.fail(self.gpu, error)?,
@@ -96,13 +93,24 @@ impl Bench<'_> {
         Ok(())
     }
 
+    /// Starts a replay at its first frame with new methods, and takes everyone's history away where another frame
+    /// begins a new one.
     fn start(
         &self,
+        number: usize,
+        step: &Step,
         entrants: &mut [Entrant<'_>],
         count_work: impl Fn(&Contender) -> bool,
     ) -> Result<(), StudyError> {
+        if step.age > 0 {
+            return Ok(());
+        }
         for entrant in entrants {
-            entrant.start(self, count_work(entrant.contender))?;
+            if number == 0 {
+                entrant.start(self, count_work(entrant.contender))?;
+            } else {
+                entrant.forget(self)?;
+            }
         }
         Ok(())
     }
@@ -115,8 +123,8 @@ impl Bench<'_> {
         progress: &ProgressBar,
     ) -> Result<(), StudyError> {
         progress.set_message("timing");
-        self.start(entrants, |_| false)?;
-        for number in 0..self.course.frames {
+        for (number, step) in self.schedule.steps().enumerate() {
+            self.start(number, &step, entrants, |_| false)?;
             self.frame(
                 entrants,
                 number,
@@ -125,13 +133,15 @@ impl Bench<'_> {
                 |bench, method, entrant| {
                     let began = Instant::now();
                     let mut encoder = bench.gpu.encoder();
-                    bench.encode(method, number, &mut encoder, Output::Color, None)?;
+                    bench.encode(method, &step, &mut encoder, Output::Color, None)?;
                     bench.gpu.submit_and_wait(encoder)?;
                     let ms = began.elapsed().as_secs_f64() * 1e3;
-                    method.took(number.into(), ms);
-                    let frame = entrant.frame(number);
-                    frame.frame_samples_ms.push(ms);
-                    frame.choice = method.choice().map(str::to_owned);
+                    method.took(number as u64, ms);
+                    if step.counted {
+                        let frame = entrant.frame(step.frame);
+                        frame.frame_samples_ms.push(ms);
+                        frame.choice = method.choice().map(str::to_owned);
+                    }
                     Ok(())
                 },
             )?;
@@ -147,11 +157,11 @@ impl Bench<'_> {
         progress: &ProgressBar,
     ) -> Result<(), StudyError> {
         progress.set_message("timing stages");
-        self.start(entrants, |_| false)?;
         // Out of the bench while it encodes.
         let gpu_clock = self.gpu_clock.take();
         let share = 1.0 / f64::from(self.course.repeats);
-        for number in 0..self.course.frames {
+        for (number, step) in self.schedule.steps().enumerate() {
+            self.start(number, &step, entrants, |_| false)?;
             self.frame(
                 entrants,
                 number,
@@ -164,24 +174,24 @@ impl Bench<'_> {
                     let stages = if let Some(gpu_clock) = &gpu_clock {
                         let mut clock = GpuStageClock::new(gpu_clock);
                         let observer = Some(&mut clock as _);
-                        bench.encode(method, number, &mut encoder, Output::Color, observer)?;
+                        bench.encode(method, &step, &mut encoder, Output::Color, observer)?;
                         clock.resolve(&mut encoder);
                         gpu.submit_and_wait(encoder)?;
                         let read = clock.read(gpu);
-                        if let Some((_, gpu_ms)) = &read {
-                            entrant.frame(number).gpu_samples_ms.push(*gpu_ms);
+                        if let (true, Some((_, gpu_ms))) = (step.counted, &read) {
+                            entrant.frame(step.frame).gpu_samples_ms.push(*gpu_ms);
                         }
                         read.map_or_else(Vec::new, |(stages, _)| stages)
                     } else {
                         let mut clock = StageClock::new(gpu);
                         let observer = Some(&mut clock as _);
-                        bench.encode(method, number, &mut encoder, Output::Color, observer)?;
+                        bench.encode(method, &step, &mut encoder, Output::Color, observer)?;
                         gpu.submit_and_wait(encoder)?;
                         clock.finish()?
                     };
-                    method.took(number.into(), began.elapsed().as_secs_f64() * 1e3);
-                    for (stage, ms) in stages {
-                        let stages_ms = &mut entrant.frame(number).stages_ms;
+                    method.took(number as u64, began.elapsed().as_secs_f64() * 1e3);
+                    for (stage, ms) in stages.into_iter().filter(|_| step.counted) {
+                        let stages_ms = &mut entrant.frame(step.frame).stages_ms;
                         *stages_ms.entry(stage.name().to_owned()).or_default() += share * ms;
                     }
                     Ok(())
@@ -202,16 +212,17 @@ impl Bench<'_> {
     ) -> Result<Vec<Warning>, StudyError> {
         let check = self.course.check;
         progress.set_message(if check { "checking" } else { "reading sets" });
-        self.start(entrants, |_| false)?;
         let is_told = (entrants.iter()).any(|entrant| entrant.contender.method.is_told);
         let mut truth = (check || is_told).then(|| TrueFrames::new(self));
-        for number in 0..self.course.frames {
+        for (number, step) in self.schedule.steps().enumerate() {
+            self.start(number, &step, entrants, |_| false)?;
             // Before the contenders' own frames, as it is drawn into the same targets.
-            let true_frame = truth
-                .as_mut()
-                .map(|truth| truth.frame(self, number))
+            let true_frame = (truth.as_mut().filter(|_| is_told || step.counted))
+                .map(|truth| truth.frame(self, &step))
                 .transpose()?;
-            let in_frustum = check.then(|| self.in_frustum(number)).transpose()?;
+            let in_frustum = (check && step.counted)
+                .then(|| self.in_frustum(&step))
+                .transpose()?;
             if let (true, Some(truth)) = (is_told, &true_frame) {
                 self.recording.push(truth.visible.clone());
             }
@@ -219,23 +230,38 @@ impl Bench<'_> {
                 let device = &bench.gpu.device;
                 let began = Instant::now();
                 let mut encoder = bench.gpu.encoder();
-                bench.encode(method, number, &mut encoder, Output::Color, None)?;
-                let copy = ImageCopy::record(device, &mut encoder, &bench.targets);
+                bench.encode(method, &step, &mut encoder, Output::Color, None)?;
+                let copy = step
+                    .counted
+                    .then(|| ImageCopy::record(device, &mut encoder, &bench.targets));
                 bench.gpu.submit_and_wait(encoder)?;
-                method.took(number.into(), began.elapsed().as_secs_f64() * 1e3);
+                method.took(number as u64, began.elapsed().as_secs_f64() * 1e3);
+                let Some(copy) = copy else {
+                    return Ok(());
+                };
                 let image = copy.wait(device);
                 let sets = FrameSets::read(bench.gpu, method);
                 let scene = bench.baked.scene();
-                let frame = entrant.frame(number);
+                let mut visible = image.visible();
+                let frame = entrant.frame(step.frame);
                 match (&true_frame, &in_frustum) {
                     (Some(truth), Some(in_frustum)) => {
                         sets.describe(scene, &truth.visible, frame);
                         compare(truth, in_frustum, &image, &sets, frame);
+                        visible = truth.visible.clone();
                     }
-                    _ => sets.describe(scene, &image.visible(), frame),
+                    _ => sets.describe(scene, &visible, frame),
                 }
+                // Only the check tells whether a blended object shows.
+                let blended = sets
+                    .drawn
+                    .blended
+                    .as_ref()
+                    .is_some_and(|set| !set.is_empty());
+                let unknown = true_frame.is_none() && blended;
+                entrant.empty_frames += u32::from(visible.is_empty() && !unknown);
                 view(&FrameView {
-                    frame: number,
+                    frame: step.frame,
                     image: &image,
                     targets: &bench.targets,
                 })
@@ -250,10 +276,10 @@ impl Bench<'_> {
     }
 
     /// The objects whose bounds meet the view volume.
-    fn in_frustum(&self, number: u32) -> Result<IdSet, StudyError> {
+    fn in_frustum(&self, step: &Step) -> Result<IdSet, StudyError> {
         let shape = &self.scene.shape;
         let clip = self
-            .camera(number)
+            .camera(step)
             .clip_from_world(
                 self.course.depth,
                 self.course.size,
@@ -261,7 +287,7 @@ impl Bench<'_> {
                 shape.radius,
             )
             .map_err(|source| StudyError::Camera {
-                frame: number,
+                frame: step.frame,
                 source,
             })?;
         let frustum = Frustum::new(&clip);
@@ -283,42 +309,49 @@ impl Bench<'_> {
         progress: &ProgressBar,
     ) -> Result<(), StudyError> {
         let course = self.course;
-        let frames_of = |entrant: &Entrant<'_>| counted_frames(course, entrant.contender);
-        let frames = entrants.iter().map(frames_of).max().unwrap_or(0);
-        if frames == 0 {
+        if !(entrants.iter()).any(|entrant| counts(course, entrant.contender)) {
             return Ok(());
         }
         progress.set_message("counting work");
-        self.start(entrants, |contender| contender.method.counts_work)?;
-        for number in 0..frames {
-            for entrant in entrants.iter_mut() {
-                entrant
-                    .method
-                    .take_if(|_| number >= counted_frames(course, entrant.contender));
-            }
+        // A map alone needs no more than its frame with the history that leads to it.
+        let map_step = self
+            .schedule
+            .steps()
+            .find(|step| step.counted && Some(step.frame) == course.overdraw_frame);
+        let leads_to_map = |step: &Step| {
+            map_step.is_some_and(|map| step.history == map.history && step.age <= map.age)
+        };
+        for (number, step) in self.schedule.steps().enumerate() {
+            self.start(number, &step, entrants, |contender| {
+                contender.method.counts_work
+            })?;
             self.frame(entrants, number, 0, progress, |bench, method, entrant| {
+                let contender = entrant.contender;
+                let has_map = overdraw_frame(course, contender).is_some();
+                if !(contender.method.counts_work || (has_map && leads_to_map(&step))) {
+                    return Ok(());
+                }
                 let mut encoder = bench.gpu.encoder();
-                let map = overdraw_frame(course, entrant.contender) == Some(number);
+                let map = has_map && map_step == Some(step);
                 let output = if map {
                     Output::FragmentCount
                 } else {
                     Output::Color
                 };
-                bench.encode(method, number, &mut encoder, output, None)?;
+                bench.encode(method, &step, &mut encoder, output, None)?;
                 bench.gpu.submit_and_wait(encoder)?;
-                if let Some(work) = method.sets().work {
+                if let (true, Some(work)) = (step.counted, method.sets().work) {
                     let work = readback::words(&bench.gpu.device, &bench.gpu.queue, work);
-                    let counters = &mut entrant.frame(number).counters;
+                    let counters = &mut entrant.frame(step.frame).counters;
                     counters.rays = Some(u64::from(work[0]));
                     counters.ray_box_tests = Some(u64::from(work[1]));
                 }
                 if let (true, Some(target)) = (map, &bench.overdraw) {
-                    entrant.overdraw = Some(target.read(bench.gpu, number));
+                    entrant.overdraw = Some(target.read(bench.gpu, step.frame));
                 }
                 Ok(())
             })?;
         }
-        progress.inc(u64::from(course.frames - frames) * entrants.len() as u64);
         Ok(())
     }
 }
@@ -340,7 +373,15 @@ fn compare(
     frame.wrong_pixels = Some(check.wrong_pixels);
     frame.false_negatives = Some(check.false_negatives);
     frame.depth_ties = Some(check.depth_ties);
-    frame.cull_rate = (!hidden.is_empty()).then(|| culled.len() as f64 / hidden.len() as f64);
+    if let Some(judgement) = truth.judgement {
+        frame.removed = Some(judgement.removed);
+        frame.strays = Some(judgement.strays);
+        frame.kept_strays = Some(judgement.kept_strays);
+        frame.fault = judgement.first_fault;
+    }
+    // Where nothing is visible, an occlusion test has no occluder, and the rate says nothing.
+    let tells = !hidden.is_empty() && !truth.visible.is_empty();
+    frame.cull_rate = tells.then(|| culled.len() as f64 / hidden.len() as f64);
 }
 
 #[cfg(test)]

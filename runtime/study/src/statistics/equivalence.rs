@@ -6,6 +6,8 @@ use super::bootstrap::{Interval, relative_difference};
 pub const MARGIN: f64 = 0.05;
 /// With fewer frames than four segments of four there is no verdict.
 const FEWEST_FRAMES: usize = 16;
+/// Nor is there with fewer windows: their resamples are too few for an interval.
+const FEWEST_WINDOWS: usize = 4;
 
 /// What the interval of a difference says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,10 +60,12 @@ impl Comparison {
     }
 }
 
-/// Compares `other` with `base`, frame by frame; `None` where there is nothing to compare.
-pub fn compare(base: &[f64], other: &[f64]) -> Option<Comparison> {
-    let difference = relative_difference(base, other)?;
-    let verdict = if base.len() < FEWEST_FRAMES {
+/// Compares `other` with `base`, frame by frame; `None` where there is nothing to compare. `windows` has the number of
+/// frames of each window, see [`relative_difference`].
+pub fn compare(base: &[f64], other: &[f64], windows: &[usize]) -> Option<Comparison> {
+    let difference = relative_difference(base, other, windows)?;
+    let few_windows = !windows.is_empty() && windows.len() < FEWEST_WINDOWS;
+    let verdict = if base.len() < FEWEST_FRAMES || few_windows {
         Verdict::Undecided
     } else {
         Verdict::of(&difference)
@@ -100,18 +104,30 @@ mod tests {
     fn verdicts_of_series() {
         let base = (0..64).map(|i| f64::from(10 + i % 5)).collect::<Vec<_>>();
         let times = |factor: f64| base.iter().map(|x| factor * x).collect::<Vec<_>>();
-        let verdict = |other: &[f64]| compare(&base, other).unwrap().verdict;
+        let verdict = |other: &[f64]| compare(&base, other, &[]).unwrap().verdict;
         assert_eq!(verdict(&times(1.02)), Verdict::Equivalent);
         assert_eq!(verdict(&times(1.1)), Verdict::Different);
-        assert!(compare(&base, &times(1.1)).unwrap().is_beyond_margin());
-        assert!(!compare(&base, &times(1.02)).unwrap().is_beyond_margin());
+        assert!(compare(&base, &times(1.1), &[]).unwrap().is_beyond_margin());
+        assert!(
+            !compare(&base, &times(1.02), &[])
+                .unwrap()
+                .is_beyond_margin()
+        );
         assert_eq!(verdict(&times(0.9)), Verdict::Different);
         // Half of the path much slower, the other much faster: the mean is the same, the path too short to say so.
         let halves = base.iter().zip(0..);
         let mixed = halves.map(|(x, i)| if i < 32 { 1.3 * x } else { 0.7 * x });
         assert_eq!(verdict(&mixed.collect::<Vec<_>>()), Verdict::Undecided);
-        let short = compare(&base[..15], &times(1.5)[..15]).unwrap();
+        let short = compare(&base[..15], &times(1.5)[..15], &[]).unwrap();
         assert_eq!(short.verdict, Verdict::Undecided);
-        assert_eq!(compare(&[0.0; 20], &[0.0; 20]), None);
+        for (windows, expected) in [
+            (&[16; 4][..], Verdict::Different),
+            (&[32; 2], Verdict::Undecided),
+            (&[64], Verdict::Undecided),
+        ] {
+            let found = compare(&base, &times(1.5), windows).unwrap();
+            assert_eq!(found.verdict, expected, "{windows:?}");
+        }
+        assert_eq!(compare(&[0.0; 20], &[0.0; 20], &[]), None);
     }
 }

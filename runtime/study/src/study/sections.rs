@@ -42,7 +42,7 @@ fn verdict(pairs: &[Pair], groupings: &[&str]) -> Vec<Block> {
         "Each rule is held against SAH, with the same mode, grouping, scene and camera path, frame by frame. \
          Equivalent: the 90 % interval of the relative difference of means lies within ±{margin} %, the margin that \
          was fixed beforehand. Different: the interval leaves out 0 and reaches beyond the margin. Undecided: \
-         neither. Intervals come from 10,000 resamples of path segments, as neighbouring frames are alike. They are \
+         neither. Intervals come from 10,000 resamples of whole windows, or of path segments where frames are spread over the path, as neighbouring frames are alike. They are \
          not corrected for the number of pairs. That a rule changes a measure by no more than the margin is \
          confirmed where all pairs are equivalent, and refuted where one lies beyond the margin with its whole \
          interval."
@@ -128,7 +128,7 @@ pub fn claims(pairs: &[Pair]) -> Vec<String> {
 /// Scenes and rules by modes, for each grouping: Table 4 of the thesis.
 fn thesis_tables(comparison: &Comparison, groupings: &[&str]) -> Vec<Block> {
     let mut blocks = vec![Block::Text(
-        "By the host's clock, ms, over the frames after the warm-up; laid out as Table 4 of the thesis.".into(),
+        "By the host's clock, ms, over the frames that averages include; laid out as Table 4 of the thesis.".into(),
     )];
     let modes = unique(comparison.runs.iter().filter_map(|run| run.mode.as_deref()));
     for grouping in groupings {

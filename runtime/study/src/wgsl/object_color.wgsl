@@ -65,13 +65,23 @@ fn hole(world: vec3f) -> bool {
     return fract(2.0 * dot(world, vec3f(1.0, 0.9, 0.8))) < 0.5;
 }
 
+// What else is discarded: 0, what `hroc_keeps` refuses; 1, what has no finite depth; 2, nothing.
+override GUARD: u32 = 0;
+
+fn keeps(surface: Surface) -> bool {
+    if (GUARD == 1) {
+        return is_finite(surface.position.z);
+    }
+    return GUARD == 2 || hroc_keeps(object_bounds[surface.object], surface.position);
+}
+
 fn shade(surface: Surface) -> Pixel {
     // The derivatives first: they need all four fragments of a quad.
     let facet = direction(cross(dpdx(surface.place), dpdy(surface.place)));
     if (HOLES && (objects[surface.object].flags & OBJECT_MASKED) != 0u && hole(hroc_world_position(surface.place))) {
         discard;
     }
-    if (!hroc_keeps(object_bounds[surface.object], surface.position)) {
+    if (!keeps(surface)) {
         discard;
     }
     let smooth_normal = direction(surface.normal);

@@ -125,9 +125,18 @@ impl House {
             .unwrap()
     }
 
-    /// `hroc run` in a small size, which must end with `code`.
+    /// `hroc run` over six spread frames in a small size, which must end with `code`.
     pub fn run(&self, arguments: &[&str], code: i32) -> Output {
-        let run = ["run", "rooms.hroc", "--size", "96x54", "--frames", "6"];
+        let run = [
+            "run",
+            "rooms.hroc",
+            "--size",
+            "96x54",
+            "--frames",
+            "6",
+            "--sampling",
+            "spread",
+        ];
         let output = self.hroc(&[&run[..], arguments].concat());
         assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
         output
