@@ -89,6 +89,18 @@ impl ArchivedScene {
     }
 }
 
+impl ArchivedScene {
+    /// The origins of the cells in the source's coordinates. A scene without objects may store none; then the only
+    /// one is the scene's.
+    pub fn cell_origins(&self) -> Vec<[f64; 3]> {
+        let plain = |origin: &[rend::f64_le; 3]| origin.map(|x| x.to_native());
+        match self.cells.as_slice() {
+            [] => vec![plain(&self.origin)],
+            cells => cells.iter().map(plain).collect(),
+        }
+    }
+}
+
 impl ArchivedBvh {
     /// The parent of each node; the root's is itself.
     pub fn parents(&self) -> &[u32] {
@@ -127,10 +139,11 @@ macro_rules! to_native {
 }
 
 to_native! {
-    ArchivedObject -> Object { world_from_object, mesh, base_color, flags, reserved, }
+    ArchivedObject -> Object { world_from_object, mesh, base_color, flags, cell, }
     ArchivedBounds -> Bounds { min, max, }
+    ArchivedObjectBounds -> ObjectBounds { min, cell, max, reserved, }
     ArchivedMesh -> Mesh { min, first_index, max, index_count, first_vertex, vertex_count, reserved, }
-    ArchivedBvhNode -> BvhNode { min, skip, max, object, }
+    ArchivedBvhNode -> BvhNode { min, skip, max, cell_and_object, }
     ArchivedBvhStats -> BvhStats { depth, reserved, mean_leaf_depth, sah_cost, overlap, }
     ArchivedObjectSource -> ObjectSource { file, node, primitive, }
 }

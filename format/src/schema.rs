@@ -63,6 +63,7 @@ pub const SCHEMA_HASH: u64 = {
     let mut hash = 0xCBF2_9CE4_8422_2325;
     hash = hash_text(hash, Object::DECLARATION);
     hash = hash_text(hash, Bounds::DECLARATION);
+    hash = hash_text(hash, ObjectBounds::DECLARATION);
     hash = hash_text(hash, Mesh::DECLARATION);
     hash = hash_text(hash, BvhNode::DECLARATION);
     hash = hash_text(hash, BvhStats::DECLARATION);

@@ -1,19 +1,27 @@
 //! What a baked file holds. The archived form of every `Pod` struct here is, byte for byte, the
 //! struct that the shaders read: arrays of them go from the mapped file to the GPU unchanged.
 //!
-//! Spaces: *object space* is the mesh's own; *world* is relative to [`Scene::origin`], so that f32
-//! coordinates stay small wherever the source scene lies. Lengths are in the source's units.
+//! Spaces: *object space* is the mesh's own. *Cell space* has the axes of the source's world and its zero at the
+//! origin of a cell ([`Scene::cells`]), so that f32 coordinates keep their precision wherever an object lies.
+//! *World* is the space of cell 0, whose origin is [`Scene::origin`]. Lengths are in the source's units.
 
 use crate::schema::schema;
 
-/// "No object": [`BvhNode::object`] of an interior node, and the background of an item buffer.
+/// "No object": the background of an item buffer.
 pub const NO_OBJECT: u32 = u32::MAX;
+
+/// The most cells that a file may have: the cell of a node takes 8 bits, and the last 16 numbers are left for the
+/// cells of objects that a host adds.
+pub const MAX_CELLS: usize = 240;
+
+/// The most objects that a file may have: the object of a leaf takes 24 bits, and all ones stand for none.
+pub const MAX_OBJECTS: usize = 0x00ff_ffff - 1;
 
 schema! {
     /// One drawable: a mesh under one transform. Its id is its index. 64 bytes.
     #[derive(Copy)]
     pod struct Object {
-        /// Rows of the 3x4 matrix that takes object space to world.
+        /// Rows of the 3x4 matrix that takes object space to the space of the object's cell.
         pub world_from_object: [[f32; 4]; 3],
         /// Index into [`Scene::meshes`].
         pub mesh: u32,
@@ -21,7 +29,22 @@ schema! {
         pub base_color: u32,
         /// [`object_flags`](crate::object_flags).
         pub flags: u32,
-        /// Zero. Keeps the stride at 64 bytes, the alignment WGSL gives a matrix row times four.
+        /// Index into [`Scene::cells`].
+        pub cell: u32,
+    }
+}
+
+schema! {
+    /// The bounds of an object. `min <= max` in every component. 32 bytes.
+    #[derive(Copy)]
+    pod struct ObjectBounds {
+        /// Smallest corner, in the space of the cell.
+        pub min: [f32; 3],
+        /// Index into [`Scene::cells`]; the same as the object's.
+        pub cell: u32,
+        /// Largest corner, in the space of the cell.
+        pub max: [f32; 3],
+        /// Zero.
         pub reserved: u32,
     }
 }
@@ -65,14 +88,54 @@ schema! {
     /// makes a traversal without a stack. 32 bytes.
     #[derive(Copy)]
     pod struct BvhNode {
-        /// Smallest corner, world.
+        /// Smallest corner, in the space of the node's cell.
         pub min: [f32; 3],
         /// One past the last node of this subtree.
         pub skip: u32,
-        /// Largest corner, world.
+        /// Largest corner, in the space of the node's cell.
         pub max: [f32; 3],
-        /// The object of a leaf; [`NO_OBJECT`] for an interior node. This is the leaf-to-object map.
-        pub object: u32,
+        /// The cell in the upper 8 bits, the object in the lower 24: see [`BvhNode::cell`] and
+        /// [`BvhNode::object`]. This is the leaf-to-object map.
+        pub cell_and_object: u32,
+    }
+}
+
+impl BvhNode {
+    /// The lower 24 bits of an interior node.
+    pub const INTERIOR: u32 = 0x00ff_ffff;
+
+    /// [`BvhNode::cell_and_object`] of a node of `cell`, which is below 256; a leaf has an `object`.
+    pub const fn pack(cell: u32, object: Option<u32>) -> u32 {
+        let object = match object {
+            Some(object) => object,
+            None => Self::INTERIOR,
+        };
+        cell << 24 | object
+    }
+
+    /// Index into [`Scene::cells`]: the cell in whose space the corners are.
+    pub const fn cell(&self) -> u32 {
+        self.cell_and_object >> 24
+    }
+
+    /// The object of a leaf; `None` for an interior node.
+    pub const fn object(&self) -> Option<u32> {
+        match self.cell_and_object & Self::INTERIOR {
+            Self::INTERIOR => None,
+            object => Some(object),
+        }
+    }
+}
+
+impl ArchivedBvhNode {
+    /// Index into [`Scene::cells`]: the cell in whose space the corners are.
+    pub fn cell(&self) -> u32 {
+        self.to_native().cell()
+    }
+
+    /// The object of a leaf; `None` for an interior node.
+    pub fn object(&self) -> Option<u32> {
+        self.to_native().object()
     }
 }
 
@@ -180,14 +243,16 @@ schema! {
         pub source_files: Vec<SourceFile>,
         /// The files those refer to, in the order the bake looked for them.
         pub referenced_files: Vec<ReferencedFile>,
-        /// Where world's zero lies in the source's coordinates.
+        /// Where world's zero lies in the source's coordinates; the same as the first of `cells`.
         pub origin: [f64; 3],
-        /// The union of `object_bounds`; all zero in an empty scene.
+        /// Where the zero of each cell lies in the source's coordinates. At least one, at most [`MAX_CELLS`].
+        pub cells: Vec<[f64; 3]>,
+        /// World; contains all of `object_bounds`. All zero in an empty scene.
         pub bounds: Bounds,
         /// The objects; ids are indices.
         pub objects: Vec<Object>,
-        /// World bounds per object; they contain every vertex as the GPU computes it in f32.
-        pub object_bounds: Vec<Bounds>,
+        /// Bounds per object; they contain every vertex as the GPU computes it in f32.
+        pub object_bounds: Vec<ObjectBounds>,
         /// Source per object.
         pub object_sources: Vec<ObjectSource>,
         /// End of each object's name in `names`; it starts where the one before ends.

@@ -15,12 +15,13 @@ macro_rules! layout {
 
 #[test]
 fn stored_structs() {
-    layout!(ArchivedObject: 64, align 4 { world_from_object: 0, mesh: 48, base_color: 52, flags: 56, reserved: 60, });
+    layout!(ArchivedObject: 64, align 4 { world_from_object: 0, mesh: 48, base_color: 52, flags: 56, cell: 60, });
+    layout!(ArchivedObjectBounds: 32, align 4 { min: 0, cell: 12, max: 16, reserved: 28, });
     layout!(ArchivedBounds: 24, align 4 { min: 0, max: 12, });
     layout!(ArchivedMesh: 48, align 4 {
         min: 0, first_index: 12, max: 16, index_count: 28, first_vertex: 32, vertex_count: 36, reserved: 40,
     });
-    layout!(ArchivedBvhNode: 32, align 4 { min: 0, skip: 12, max: 16, object: 28, });
+    layout!(ArchivedBvhNode: 32, align 4 { min: 0, skip: 12, max: 16, cell_and_object: 28, });
     layout!(ArchivedBvhStats: 32, align 8 { depth: 0, reserved: 4, mean_leaf_depth: 8, sah_cost: 16, overlap: 24, });
     layout!(ArchivedObjectSource: 12, align 4 { file: 0, node: 4, primitive: 8, });
     layout!(ArchivedBvh: 96, align 8 { split: 0, nodes: 16, parents: 32, leaf_of_object: 48, stats: 64, });
@@ -29,10 +30,10 @@ fn stored_structs() {
     layout!(ArchivedCamera: 88, align 8 {
         name: 0, position: 16, orientation: 40, fov_y_rad: 72, half_height: 76, near: 80, far: 84,
     });
-    layout!(ArchivedScene: 336, align 8 {
-        name: 0, generator: 16, settings: 32, source_files: 48, referenced_files: 64, origin: 80, bounds: 104,
-        objects: 128, object_bounds: 144, object_sources: 160, name_ends: 176, names: 192, meshes: 208,
-        positions: 224, quantized_positions: 240, indices: 256, normals: 272, uvs: 288, bvhs: 304, cameras: 320,
+    layout!(ArchivedScene: 352, align 8 {
+        name: 0, generator: 16, settings: 32, source_files: 48, referenced_files: 64, origin: 80, cells: 104,
+        bounds: 120, objects: 144, object_bounds: 160, object_sources: 176, name_ends: 192, names: 208, meshes: 224,
+        positions: 240, quantized_positions: 256, indices: 272, normals: 288, uvs: 304, bvhs: 320, cameras: 336,
     });
 }
 

@@ -35,7 +35,7 @@ fn every_field_comes_back() {
     assert_eq!(
         read.object_bounds
             .iter()
-            .map(ArchivedBounds::to_native)
+            .map(ArchivedObjectBounds::to_native)
             .collect::<Vec<_>>(),
         scene.object_bounds
     );

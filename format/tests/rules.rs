@@ -73,9 +73,6 @@ fn objects() {
     let check = |expected: &str, spoil: fn(&mut Scene)| refused(Check::Objects, expected, spoil);
     check("object 17: mesh 40 of 3", |s| s.objects[17].mesh = 40);
     check("object 0: unknown flags 0x8", |s| s.objects[0].flags = 8);
-    check("object 49: reserved bytes in use", |s| {
-        s.objects[49].reserved = 1
-    });
     check("object 4: its transform is not finite", |s| {
         s.objects[4].world_from_object[2][3] = f32::NAN
     });
@@ -111,15 +108,14 @@ fn scene_bounds_and_origin() {
     check("scene: the origin is not finite", |s| {
         s.origin[1] = f64::NEG_INFINITY
     });
-    check(
-        "scene: bounds [0.0, 0.0, 0.0] to [1.0, 3.0, 30.0], its objects' are [0.0, 0.0, 0.0] to [27.0, 3.0, 30.0]",
-        |s| s.bounds.max[0] = 1.0,
-    );
+    check("object 1: its bounds reach beyond the scene's", |s| {
+        s.bounds.max[0] = 1.0
+    });
     let mut empty = scene(0);
     empty.bounds.max = [1.0; 3];
     let error = open(&file(&empty), Check::Objects).unwrap_err().to_string();
     assert!(
-        error.contains("its objects' are [0.0, 0.0, 0.0] to [0.0, 0.0, 0.0]"),
+        error.contains("bounds [0.0, 0.0, 0.0] to [1.0, 1.0, 1.0] without objects"),
         "{error}"
     );
 }
@@ -219,11 +215,13 @@ fn tree_structure() {
     check("1: ends at 50, its right child at 25", |n| n[2].skip = 14);
     check("3: ends at 14, its right child at 3", |n| n[9].skip = 3);
     check("7: an interior node without children", |n| {
-        n[7].object = NO_OBJECT
+        n[7].cell_and_object = BvhNode::INTERIOR
     });
-    check("6: a leaf that ends at 9", |n| n[6].object = 3);
-    check("7: object 50 of 50", |n| n[7].object = 50);
-    check("7: object 2, whose leaf is node 8", |n| n[7].object = 2);
+    check("6: a leaf that ends at 9", |n| n[6].cell_and_object = 3);
+    check("7: object 50 of 50", |n| n[7].cell_and_object = 50);
+    check("7: object 2, whose leaf is node 8", |n| {
+        n[7].cell_and_object = 2
+    });
 }
 
 #[test]
@@ -273,6 +271,62 @@ fn tree_bounds() {
     check("8: its bounds are not those of object 2", |n| {
         n[8].max[0] = 10.5
     });
+}
+
+#[test]
+fn cells() {
+    let check = |expected: &str, spoil: fn(&mut Scene)| refused(Check::Objects, expected, spoil);
+    check("cells: none, although there are objects", |s| {
+        s.cells.clear()
+    });
+    check("cells: 241, more than 240", |s| {
+        s.cells = vec![s.origin; 241]
+    });
+    check("cell 1: its origin [NaN, 0.0, -2.5] is not finite", |s| {
+        s.cells[1][0] = f64::NAN
+    });
+    check(
+        "cell 0: its origin [0.0, 0.0, -2.5] is not the scene's, [1000000.0, 0.0, -2.5]",
+        |s| s.cells[0][0] = 0.0,
+    );
+    check("object 3: cell 2 of 2", |s| s.objects[3].cell = 2);
+    check("object 3: its bounds are in cell 1, it is in 0", |s| {
+        s.object_bounds[3].cell = 1
+    });
+    check("object 3: reserved bytes in use", |s| {
+        s.object_bounds[3].reserved = 1
+    });
+    // The same corners in the other cell are elsewhere.
+    check("object 0: its bounds reach beyond the scene's", |s| {
+        (s.objects[0].cell, s.object_bounds[0].cell) = (1, 1);
+        s.cells[1] = [1e9, 0.0, 0.0];
+    });
+    let node = |expected: &str, spoil: fn(&mut [BvhNode])| {
+        let expected = format!("tree median, node {expected}");
+        refused(Check::Objects, &expected, |s| spoil(&mut s.bvhs[0].nodes));
+    };
+    node("0: cell 255 of 2", |n| {
+        n[0].cell_and_object = BvhNode::pack(255, None)
+    });
+    node("0: does not contain its child 1", |n| {
+        n[1].cell_and_object = BvhNode::pack(2, None)
+    });
+    node("5: its bounds are not those of object 0", |n| {
+        n[5].cell_and_object = BvhNode::pack(1, Some(0));
+        (n[5].min[0], n[5].max[0]) = (n[5].min[0] - 64.0, n[5].max[0] - 64.0);
+    });
+    // Node 0 contains its child 1 in whichever cell it stands, by the same comparison.
+    let mut moved = scene(50);
+    let root = &mut moved.bvhs[0].nodes[0];
+    root.cell_and_object = BvhNode::pack(1, None);
+    (root.min[0], root.max[0]) = (root.min[0] - 64.0, root.max[0] - 64.0);
+    open(&file(&moved), Check::Objects).unwrap();
+    moved.bvhs[0].nodes[0].max[0] -= 0.5;
+    let error = open(&file(&moved), Check::Objects).unwrap_err().to_string();
+    assert!(
+        error.contains("node 0: does not contain its child"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -407,18 +461,18 @@ fn the_deepest_tree_there_can_be() {
         split: "chain".into(),
         nodes: (0..COUNT)
             .flat_map(|object| {
-                let Bounds { min, max } = scene.object_bounds[object as usize];
+                let ObjectBounds { min, max, cell, .. } = scene.object_bounds[object as usize];
                 let spine = BvhNode {
                     min: all.min,
                     skip: 2 * COUNT - 1,
                     max: all.max,
-                    object: NO_OBJECT,
+                    cell_and_object: BvhNode::INTERIOR,
                 };
                 let leaf = |node: u32| BvhNode {
                     min,
                     skip: node + 1,
                     max,
-                    object,
+                    cell_and_object: BvhNode::pack(cell, Some(object)),
                 };
                 // Every object but the last hangs off the spine to the left.
                 if object + 1 < COUNT {

@@ -1,21 +1,25 @@
-//! World bounds that contain every vertex *as the GPU computes it*, not as exact arithmetic does.
+//! Bounds in cell space that contain every vertex *as the GPU computes it*, not as exact arithmetic does.
 //!
-//! A vertex shader evaluates, per row `m` of the object's f32 matrix and vertex `p`,
-//! `m.x*p.x + m.y*p.y + m.z*p.z + m.w`: three products and three sums, in any order, fused or not.
-//! Vulkan lets each operation return either neighbour of the exact result, so each is off by a factor
-//! `1 + d` with `|d| <= u = 2^-23`, and a product passes at most 4 operations. By the standard
-//! argument (Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., lemma 3.1 and 3.3)
+//! A vertex shader evaluates, per row `m` of the object's f32 matrix, vertex `p` and offset `o` from the eye to
+//! the cell's zero, `m.x*p.x + m.y*p.y + m.z*p.z + (m.w + o)`: three products and four sums, in any order, fused or
+//! not. Vulkan lets each operation return either neighbour of the exact result, so each is off by a factor
+//! `1 + d` with `|d| <= u = 2^-23`. By the standard argument (Higham, *Accuracy and Stability of Numerical
+//! Algorithms*, 2nd ed., lemma 3.1 and 3.3), with `L = sum |m_i||p_i|`, the place `q = m.w + o` is off by `u |q|`, and
 //!
-//! `|computed - exact| <= gamma * S`, `gamma = 4u / (1 - 4u)`, `S = sum |m_i||p_i| + |m.w|`.
+//! `|computed - exact| <= gamma * (L + |q|)`, `gamma = 5u / (1 - 5u)`.
+//!
+//! What is computed lies near the point `x` that is meant, in coordinates about the eye: `|q| <= |x| + L`. So the
+//! error is at most `gamma * 2L`, which depends on the object alone and is in the bounds, and `gamma * |x|`, which
+//! depends on the eye and is in the padding that the runtime adds (`frame_uniform.rs`, "Clip transform").
 //!
 //! Where the GPU decodes `p` itself, from normalized 16-bit numbers, each coordinate is off by up to two more
-//! roundings (one of the division, one of a reciprocal in its place): `gamma = 6u / (1 - 6u)`.
+//! roundings (one of the division, one of a reciprocal in its place): `2u` more of `L`.
 //!
-//! `S` is taken at the largest `|p_i|` of the mesh on each axis, so that it costs nothing per vertex.
+//! `L` is taken at the largest `|p_i|` of the mesh on each axis, so that it costs nothing per vertex.
 //! Denormals may be flushed to zero. None reaches the shader ([`round_to_f32`] and
-//! [`flush_denormals`] see to that), and each of the 7 operations then adds at most `2^-126`; 16 of
+//! [`flush_denormals`] see to that), and each of the 8 operations then adds at most `2^-126`; 16 of
 //! them are allowed. The exact value is evaluated in f64 with at most 7 roundings of `2^-53`, which
-//! the term `2^-48 S` covers together with those of this formula itself. The sum is rounded outward.
+//! the term `2^-48` of their size covers together with those of this formula itself. The sum is rounded outward.
 
 use glam::DAffine3;
 use hroc_format::{Bounds, dequantize};
@@ -29,8 +33,8 @@ const fn gamma(operations: u32) -> f64 {
 /// Rounding of the f64 evaluation and of the bound.
 const F64_SLACK: f64 = 1.0 / (1u64 << 48) as f64;
 const FLUSHED: f64 = 16.0 * f32::MIN_POSITIVE as f64;
-/// Above this a sum could overflow on its way although its result would not.
-const LARGEST: f64 = f32::MAX as f64 / 4.0;
+/// Above this a sum of coordinates could overflow on its way although its result would not.
+pub const LARGEST: f64 = f32::MAX as f64 / 16.0;
 
 /// Vertices handled at once; the loops over them become vector instructions.
 const LANES: usize = 8;
@@ -65,15 +69,15 @@ pub struct Points {
 impl Points {
     /// Takes finite vertices without denormals.
     pub fn new(positions: &[[f32; 3]]) -> Self {
-        Self::passing(4, positions.len(), |vertex| positions[vertex])
+        Self::passing(10, positions.len(), |vertex| positions[vertex])
     }
 
     /// Takes vertices that the GPU decodes itself.
     pub fn quantized(positions: &[[u16; 4]]) -> Self {
-        Self::passing(6, positions.len(), |vertex| dequantize(positions[vertex]))
+        Self::passing(12, positions.len(), |vertex| dequantize(positions[vertex]))
     }
 
-    /// Takes vertices whose products pass so many operations.
+    /// Takes vertices whose products may err by so many units in the last place.
     fn passing(operations: u32, count: usize, position: impl Fn(usize) -> [f32; 3]) -> Self {
         let mut max_abs = [0.0; 3];
         let mut blocks = vec![[[0.0; LANES]; 3]; count.div_ceil(LANES)];
@@ -91,7 +95,7 @@ impl Points {
         }
     }
 
-    /// The bounds of the vertices under `rows`; `None` if they are too large for f32, or there are no
+    /// The bounds of the vertices under `rows`, in cell space; `None` if they are too large for f32, or there are no
     /// vertices.
     pub fn world_bounds(&self, rows: &Rows) -> Option<Bounds> {
         let rows = rows.map(|row| row.map(f64::from));
@@ -113,11 +117,12 @@ impl Points {
             max: [0.0; 3],
         };
         for (axis, row) in rows.iter().enumerate() {
-            let size = (0..3).map(|i| row[i].abs() * self.max_abs[i]).sum::<f64>() + row[3].abs();
+            let local = (0..3).map(|i| row[i].abs() * self.max_abs[i]).sum::<f64>();
+            let size = local + row[3].abs();
             if self.blocks.is_empty() || size.is_nan() || size > LARGEST {
                 return None;
             }
-            let error = (self.gamma + F64_SLACK) * size + FLUSHED;
+            let error = self.gamma * local + F64_SLACK * size + FLUSHED;
             let least = min[axis].iter().copied().fold(f64::INFINITY, f64::min);
             let most = max[axis].iter().copied().fold(f64::NEG_INFINITY, f64::max);
             bounds.min[axis] = round_down(least + row[3] - error);
@@ -128,7 +133,7 @@ impl Points {
 }
 
 /// The largest f32 that is not above `number`.
-fn round_down(number: f64) -> f32 {
+pub fn round_down(number: f64) -> f32 {
     let nearest = number as f32;
     if f64::from(nearest) > number {
         nearest.next_down()
@@ -138,7 +143,7 @@ fn round_down(number: f64) -> f32 {
 }
 
 /// The smallest f32 that is not below `number`.
-fn round_up(number: f64) -> f32 {
+pub fn round_up(number: f64) -> f32 {
     -round_down(-number)
 }
 
@@ -164,18 +169,20 @@ mod tests {
         }
     }
 
-    /// A row on a vertex, with the terms in the order of `order`, fused or not. Products of two f32
-    /// are exact in f64; sums of f64 are off by far less than an f32 unit.
+    /// A row on a vertex and the offset of its cell, with the terms in the order of `order`, fused or not. Products of
+    /// two f32 are exact in f64; sums of f64 are off by far less than an f32 unit.
     fn on_gpu(
         row: [f32; 4],
         p: [f32; 3],
+        offset: f32,
         order: [usize; 4],
         balanced: bool,
         fused: bool,
         mut choice: u32,
     ) -> f32 {
+        let place = rounded(f64::from(row[3]) + f64::from(offset), &mut choice);
         let factors: [(f32, f32); 4] =
-            std::array::from_fn(|i| if i < 3 { (row[i], p[i]) } else { (row[3], 1.0) });
+            std::array::from_fn(|i| if i < 3 { (row[i], p[i]) } else { (place, 1.0) });
         let product = |i: usize| f64::from(factors[order[i]].0) * f64::from(factors[order[i]].1);
         let term = |i: usize, choice: &mut u32| rounded(product(i), choice);
         if balanced {
@@ -213,11 +220,15 @@ mod tests {
             points in proptest::collection::vec(proptest::array::uniform3(number()), 1..20),
             order in Just([0usize, 1, 2, 3]).prop_shuffle(),
             (balanced, fused, choice) in (any::<bool>(), any::<bool>(), any::<u32>()),
+            offset in number(),
         ) {
             let bounds = Points::new(&points).world_bounds(&[row; 3]).unwrap();
             for p in points {
-                let value = on_gpu(row, p, order, balanced, fused, choice);
-                prop_assert!(bounds.min[0] <= value && value <= bounds.max[0], "{value} outside {bounds:?}");
+                let value = f64::from(on_gpu(row, p, offset, order, balanced, fused, choice));
+                let [min, max] = [bounds.min[0], bounds.max[0]].map(|x| f64::from(x) + f64::from(offset));
+                // What the runtime's padding allows: 6 units in the last place of what is farther from the eye.
+                let padding = 6.0 * UNIT * min.abs().max(max.abs());
+                prop_assert!(min - padding <= value && value <= max + padding, "{value} outside {bounds:?}");
             }
         }
     }
@@ -233,7 +244,7 @@ mod tests {
         let bounds = Points::new(&points).world_bounds(&rows).unwrap();
         let expected = [(100.0, 1099.0), (-2.0, -2.0), (0.0, 0.0)];
         for (axis, (least, most)) in expected.into_iter().enumerate() {
-            let slack = 1e-6 * 1100.0;
+            let slack = 1.3e-6 * 1100.0;
             assert!(
                 bounds.min[axis] < least && bounds.min[axis] > least - slack,
                 "{bounds:?}"

@@ -3,7 +3,7 @@
 
 mod boxes;
 
-use hroc_format::{Bounds, Bvh, NO_OBJECT};
+use hroc_format::{Bounds, Bvh};
 use hroc_preprocess::bvh::{self, BuildError};
 use hroc_preprocess::split;
 use hroc_preprocess::tree::{self, TreeBuilder};
@@ -39,7 +39,7 @@ fn check(tree: &Bvh, boxes: &[Bounds], case: &str) {
             min: node.min,
             max: node.max,
         };
-        if node.object == NO_OBJECT {
+        let Some(object) = node.object() else {
             let left = i + 1;
             let right = nodes[left].skip as usize;
             assert_eq!(
@@ -57,21 +57,21 @@ fn check(tree: &Bvh, boxes: &[Bounds], case: &str) {
                 union(left, right),
                 "{case}: node {i} is the union of its children"
             );
-        } else {
-            let object = node.object as usize;
-            assert_eq!(node.skip as usize, i + 1, "{case}");
-            assert!(
-                !std::mem::replace(&mut seen[object], true),
-                "{case}: object {object} twice"
-            );
-            assert_eq!(tree.leaf_of_object[object] as usize, i, "{case}");
-            let bits = |b: Bounds| [b.min, b.max].map(|corner| corner.map(f32::to_bits));
-            assert_eq!(
-                bits(bounds),
-                bits(boxes[object]),
-                "{case}: bounds of object {object}"
-            );
-        }
+            continue;
+        };
+        let object = object as usize;
+        assert_eq!(node.skip as usize, i + 1, "{case}");
+        assert!(
+            !std::mem::replace(&mut seen[object], true),
+            "{case}: object {object} twice"
+        );
+        assert_eq!(tree.leaf_of_object[object] as usize, i, "{case}");
+        let bits = |b: Bounds| [b.min, b.max].map(|corner| corner.map(f32::to_bits));
+        assert_eq!(
+            bits(bounds),
+            bits(boxes[object]),
+            "{case}: bounds of object {object}"
+        );
     }
     assert!(
         seen.iter().all(|&seen| seen),
@@ -240,9 +240,7 @@ fn a_sequence_gives_its_tree_unless_that_is_too_deep() {
     let tree = bvh::from_depth_first(&boxes, "by hand", &sequence);
     check(&tree, &boxes, "by hand");
     assert_eq!(tree.split, "by hand");
-    let objects = tree.nodes.iter().map(|node| node.object);
-    let expected = sequence.map(|object| object.unwrap_or(NO_OBJECT));
-    assert!(objects.eq(expected));
+    assert!(tree.nodes.iter().map(|node| node.object()).eq(sequence));
 
     // A comb: each inner node has a leaf and the rest.
     let boxes = boxes::uniform(1000, 23);
@@ -268,18 +266,19 @@ fn to_obvhs(tree: &Bvh) -> obvhs::bvh2::Bvh2 {
     let mut i = 0;
     while i < nodes.len() {
         let node = &tree.nodes[ours[i]];
-        if node.object == NO_OBJECT {
+        let Some(object) = node.object() else {
             nodes[i].first_index = nodes.len() as u32;
             let left = ours[i] + 1;
             for child in [left, tree.nodes[left].skip as usize] {
                 nodes.push(Bvh2Node::new(aabb(child), 0, 0));
                 ours.push(child);
             }
-        } else {
-            nodes[i].prim_count = 1;
-            nodes[i].first_index = primitive_indices.len() as u32;
-            primitive_indices.push(node.object);
-        }
+            i += 1;
+            continue;
+        };
+        nodes[i].prim_count = 1;
+        nodes[i].first_index = primitive_indices.len() as u32;
+        primitive_indices.push(object);
         i += 1;
     }
     obvhs::bvh2::Bvh2 {

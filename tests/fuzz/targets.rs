@@ -1,9 +1,7 @@
 //! What must hold for any bytes: used by `cargo fuzz` and, on stable Rust, by
 //! `preprocess/tests/mutations.rs`. A violation is a panic.
 
-use hroc_format::{
-    ArchivedScene, BakedScene, Check, HEADER_LEN, Header, MAGIC, NO_OBJECT, to_bytes,
-};
+use hroc_format::{ArchivedScene, BakedScene, Check, HEADER_LEN, Header, MAGIC, to_bytes};
 use hroc_preprocess::bake::{BakeOptions, bake};
 use hroc_preprocess::import::{ImportOptions, import_bytes};
 use hroc_preprocess::progress::Silent;
@@ -85,8 +83,8 @@ fn follow(scene: &ArchivedScene) {
             let node = node.to_native();
             assert!(i < node.skip as usize && node.skip as usize <= bvh.nodes.len());
             assert!(bvh.parents()[i] as usize <= i);
-            if node.object != NO_OBJECT {
-                assert_eq!(bvh.leaf_of_object()[node.object as usize] as usize, i);
+            if let Some(object) = node.object() {
+                assert_eq!(bvh.leaf_of_object()[object as usize] as usize, i);
                 leaves += 1;
             }
         }

@@ -18,6 +18,7 @@ pub(crate) fn check(scene: &ArchivedScene, depth: Check) -> Result {
     if depth >= Check::Objects {
         objects::check(scene)?;
         vertices::indices(scene)?;
+        let origins = scene.cell_origins();
         for (i, bvh) in scene.bvhs.iter().enumerate() {
             let split = bvh.split.as_str();
             ensure(
@@ -35,7 +36,7 @@ pub(crate) fn check(scene: &ArchivedScene, depth: Check) -> Result {
                 || format!("tree {split}"),
                 || "its name is used twice".into(),
             )?;
-            tree::check(bvh, scene.object_bounds.as_slice())?;
+            tree::check(bvh, scene.object_bounds.as_slice(), &origins)?;
         }
     }
     if depth >= Check::Everything {
@@ -125,6 +126,31 @@ fn same_count(array: &str, found: usize, expected: usize) -> Result {
 /// Both corners finite, `min <= max`.
 fn is_box(min: [f32; 3], max: [f32; 3]) -> bool {
     (0..3).all(|k| min[k].is_finite() && max[k].is_finite() && min[k] <= max[k])
+}
+
+/// A box in the space of a cell.
+struct CellBox {
+    cell: u32,
+    min: [f32; 3],
+    max: [f32; 3],
+}
+
+impl CellBox {
+    /// Whether all of `inner` lies in this box. Between two cells the comparison is made in f64, to 8 units in its
+    /// last place of the numbers compared: exact where cells lie on grids, as those of the bake do.
+    fn contains(&self, inner: &Self, origins: &[[f64; 3]]) -> bool {
+        if self.cell == inner.cell {
+            return (0..3).all(|k| self.min[k] <= inner.min[k] && inner.max[k] <= self.max[k]);
+        }
+        let (own, others) = (origins[self.cell as usize], origins[inner.cell as usize]);
+        (0..3).all(|k| {
+            let shift = own[k] - others[k];
+            let [min, max] = [self.min[k], self.max[k]].map(|x| f64::from(x) + shift);
+            let [inner_min, inner_max] = [inner.min[k], inner.max[k]].map(f64::from);
+            let slack = 8.0 * f64::EPSILON * (shift.abs() + min.abs().max(max.abs()));
+            min <= inner_min + slack && inner_max <= max + slack
+        })
+    }
 }
 
 fn mesh_box(mesh: &ArchivedMesh) -> ([f32; 3], [f32; 3]) {

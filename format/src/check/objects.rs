@@ -1,13 +1,13 @@
 //! Objects and all that is stored per object, the scene's bounds and its cameras.
 
-use super::{Result, ensure, is_box, mesh_box, same_count};
+use super::{CellBox, Result, ensure, is_box, mesh_box, same_count};
 use crate::object_flags;
-use crate::types::{ArchivedScene, NO_OBJECT};
+use crate::types::{ArchivedScene, Bounds, MAX_CELLS, MAX_OBJECTS};
 
 pub(super) fn check(scene: &ArchivedScene) -> Result {
     let count = scene.objects.len();
     ensure(
-        count < NO_OBJECT as usize,
+        count <= MAX_OBJECTS,
         || "objects".into(),
         || format!("{count}, too many"),
     )?;
@@ -19,6 +19,7 @@ pub(super) fn check(scene: &ArchivedScene) -> Result {
         || "scene".into(),
         || "the origin is not finite".into(),
     )?;
+    cells(scene)?;
     for (i, mesh) in scene.meshes.iter().enumerate() {
         let (min, max) = mesh_box(mesh);
         ensure(
@@ -41,6 +42,30 @@ pub(super) fn check(scene: &ArchivedScene) -> Result {
     cameras(scene)
 }
 
+/// A scene with objects has cells; the first one's origin is the scene's.
+fn cells(scene: &ArchivedScene) -> Result {
+    let count = scene.cells.len();
+    let at = || "cells".into();
+    ensure(count <= MAX_CELLS, at, || {
+        format!("{count}, more than {MAX_CELLS}")
+    })?;
+    ensure(count > 0 || scene.objects.is_empty(), at, || {
+        "none, although there are objects".into()
+    })?;
+    for (i, origin) in scene.cells.iter().enumerate() {
+        let origin = origin.map(|v| v.to_native());
+        let at = || format!("cell {i}");
+        ensure(origin.iter().all(|v| v.is_finite()), at, || {
+            format!("its origin {origin:?} is not finite")
+        })?;
+        let scenes = scene.origin.map(|v| v.to_native());
+        ensure(i > 0 || origin == scenes, at, || {
+            format!("its origin {origin:?} is not the scene's, {scenes:?}")
+        })?;
+    }
+    Ok(())
+}
+
 fn objects(scene: &ArchivedScene) -> Result {
     let (meshes, files) = (scene.meshes.len(), scene.source_files.len());
     for (i, (object, source)) in scene
@@ -61,7 +86,10 @@ fn objects(scene: &ArchivedScene) -> Result {
         ensure(flags & !object_flags::ALL == 0, at, || {
             format!("unknown flags {flags:#x}")
         })?;
-        ensure(object.reserved == 0, at, || "reserved bytes in use".into())?;
+        let (cell, cells) = (object.cell.to_native(), scene.cells.len());
+        ensure((cell as usize) < cells, at, || {
+            format!("cell {cell} of {cells}")
+        })?;
         let matrix = object.world_from_object.as_flattened();
         ensure(matrix.iter().all(|v| v.to_native().is_finite()), at, || {
             "its transform is not finite".into()
@@ -73,33 +101,52 @@ fn objects(scene: &ArchivedScene) -> Result {
     Ok(())
 }
 
+/// The bounds are boxes, in the cells of their objects, and the scene's contain them.
 fn bounds(scene: &ArchivedScene) -> Result {
-    let mut union = None;
-    for (i, bounds) in scene.object_bounds.iter().enumerate() {
-        let bounds = bounds.to_native();
-        ensure(
-            is_box(bounds.min, bounds.max),
-            || format!("object {i}"),
-            || format!("bounds {:?} to {:?}", bounds.min, bounds.max),
-        )?;
-        let (min, max) = union.get_or_insert((bounds.min, bounds.max));
-        for k in 0..3 {
-            min[k] = min[k].min(bounds.min[k]);
-            max[k] = max[k].max(bounds.max[k]);
-        }
-    }
-    let (min, max) = union.unwrap_or_default();
-    let found = scene.bounds.to_native();
+    let whole = scene.bounds.to_native();
     ensure(
-        found.min == min && found.max == max,
+        is_box(whole.min, whole.max),
         || "scene".into(),
-        || {
-            format!(
-                "bounds {:?} to {:?}, its objects' are {min:?} to {max:?}",
-                found.min, found.max
-            )
-        },
-    )
+        || format!("bounds {:?} to {:?}", whole.min, whole.max),
+    )?;
+    let empty = scene.objects.is_empty() && whole != Bounds::default();
+    ensure(
+        !empty,
+        || "scene".into(),
+        || format!("bounds {:?} to {:?} without objects", whole.min, whole.max),
+    )?;
+    let whole = CellBox {
+        cell: 0,
+        min: whole.min,
+        max: whole.max,
+    };
+    let origins = scene.cell_origins();
+    for (i, (stored, object)) in scene
+        .object_bounds
+        .iter()
+        .zip(scene.objects.iter())
+        .enumerate()
+    {
+        let at = || format!("object {i}");
+        let bounds = stored.to_native();
+        ensure(is_box(bounds.min, bounds.max), at, || {
+            format!("bounds {:?} to {:?}", bounds.min, bounds.max)
+        })?;
+        ensure(bounds.reserved == 0, at, || "reserved bytes in use".into())?;
+        let cell = object.cell.to_native();
+        ensure(bounds.cell == cell, at, || {
+            format!("its bounds are in cell {}, it is in {cell}", bounds.cell)
+        })?;
+        let inside = CellBox {
+            cell,
+            min: bounds.min,
+            max: bounds.max,
+        };
+        ensure(whole.contains(&inside, &origins), at, || {
+            "its bounds reach beyond the scene's".into()
+        })?;
+    }
+    Ok(())
 }
 
 fn names(scene: &ArchivedScene) -> Result {

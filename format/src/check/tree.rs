@@ -1,13 +1,17 @@
 //! A tree: that following it visits every object once and ends, and that its boxes nest.
 
-use super::{Result, ensure, is_box, same_count};
-use crate::types::{ArchivedBounds, ArchivedBvh, ArchivedBvhNode, BvhNode, NO_OBJECT};
+use super::{CellBox, Result, ensure, is_box, same_count};
+use crate::types::{ArchivedBvh, ArchivedObjectBounds, BvhNode};
 
 /// Why this is enough: every interior node `i` has its left child at `i + 1`, its right child at the
 /// end of the left, and the right ends where `i` does; so each subtree `i..skip` is the node and its two
 /// children's subtrees, end to end, and all nodes are in the root's. A binary tree of 2N-1 nodes has N
 /// leaves, and no two leaves have the same object, since `leaf_of_object` can name only one of them.
-pub(super) fn check(bvh: &ArchivedBvh, object_bounds: &[ArchivedBounds]) -> Result {
+pub(super) fn check(
+    bvh: &ArchivedBvh,
+    object_bounds: &[ArchivedObjectBounds],
+    origins: &[[f64; 3]],
+) -> Result {
     let nodes = bvh.nodes.as_slice();
     let part = |part: &str| format!("tree {}, {part}", bvh.split);
     same_count(
@@ -49,7 +53,10 @@ pub(super) fn check(bvh: &ArchivedBvh, object_bounds: &[ArchivedBounds]) -> Resu
         ensure(is_box(node.min, node.max), at, || {
             format!("bounds {:?} to {:?}", node.min, node.max)
         })?;
-        if node.object == NO_OBJECT {
+        ensure((node.cell() as usize) < origins.len(), at, || {
+            format!("cell {} of {}", node.cell(), origins.len())
+        })?;
+        let Some(object) = node.object() else {
             let left = i + 1;
             ensure(left < skip, at, || {
                 "an interior node without children".into()
@@ -69,24 +76,31 @@ pub(super) fn check(bvh: &ArchivedBvh, object_bounds: &[ArchivedBounds]) -> Resu
                     || part(&format!("node {child}")),
                     || format!("parent {parent}, should be {i}"),
                 )?;
-                ensure(contains(&node, &nodes[child]), at, || {
-                    format!("does not contain its child {child}")
-                })?;
+                let inside = cell_box(&nodes[child].to_native());
+                // The child's cell is checked with the child; until then it may be out of range.
+                let known = (inside.cell as usize) < origins.len();
+                ensure(
+                    known && cell_box(&node).contains(&inside, origins),
+                    at,
+                    || format!("does not contain its child {child}"),
+                )?;
             }
-        } else {
-            ensure(skip == i + 1, at, || format!("a leaf that ends at {skip}"))?;
-            let (object, count) = (node.object as usize, object_bounds.len());
-            ensure(object < count, at, || format!("object {object} of {count}"))?;
-            let leaf = leaf_of_object[object];
-            ensure(leaf as usize == i, at, || {
-                format!("object {object}, whose leaf is node {leaf}")
-            })?;
-            let bounds = &object_bounds[object];
-            let same = same_bits(&stored.min, &bounds.min) && same_bits(&stored.max, &bounds.max);
-            ensure(same, at, || {
-                format!("its bounds are not those of object {object}")
-            })?;
-        }
+            continue;
+        };
+        ensure(skip == i + 1, at, || format!("a leaf that ends at {skip}"))?;
+        let (object, count) = (object as usize, object_bounds.len());
+        ensure(object < count, at, || format!("object {object} of {count}"))?;
+        let leaf = leaf_of_object[object];
+        ensure(leaf as usize == i, at, || {
+            format!("object {object}, whose leaf is node {leaf}")
+        })?;
+        let bounds = &object_bounds[object];
+        let same = node.cell() == bounds.cell.to_native()
+            && same_bits(&stored.min, &bounds.min)
+            && same_bits(&stored.max, &bounds.max);
+        ensure(same, at, || {
+            format!("its bounds are not those of object {object}")
+        })?;
     }
     stats(bvh)
 }
@@ -116,10 +130,12 @@ fn stats(bvh: &ArchivedBvh) -> Result {
     })
 }
 
-fn contains(parent: &BvhNode, child: &ArchivedBvhNode) -> bool {
-    (0..3).all(|k| {
-        parent.min[k] <= child.min[k].to_native() && child.max[k].to_native() <= parent.max[k]
-    })
+fn cell_box(node: &BvhNode) -> CellBox {
+    CellBox {
+        cell: node.cell(),
+        min: node.min,
+        max: node.max,
+    }
 }
 
 /// Not `==`, for which -0 equals 0.

@@ -20,6 +20,7 @@ pub fn scene(count: u32) -> Scene {
             by: 0,
         }],
         origin: [1e6, 0.0, -2.5],
+        cells: vec![[1e6, 0.0, -2.5], [1e6 + 64.0, 0.0, -2.5]],
         ..Scene::default()
     };
     for size in 1..=count.min(3) {
@@ -29,9 +30,8 @@ pub fn scene(count: u32) -> Scene {
         add_object(&mut scene, id);
     }
     if count > 0 {
-        scene.bounds = scene.object_bounds[1..]
-            .iter()
-            .fold(scene.object_bounds[0], union);
+        let boxes = scene.object_bounds.iter().map(in_world);
+        scene.bounds = boxes.reduce(union).unwrap_or_default();
         let ids: Vec<u32> = (0..count).collect();
         let reversed: Vec<u32> = (0..count).rev().collect();
         scene.bvhs = vec![
@@ -90,17 +90,22 @@ fn add_tetrahedron(scene: &mut Scene, size: f32) {
 fn add_object(scene: &mut Scene, id: u32) {
     let mesh = id % scene.meshes.len() as u32;
     let size = scene.meshes[mesh as usize].max[0];
-    let (x, z) = ((id % 7) as f32 * 4.0, (id / 7) as f32 * 4.0);
+    // Every fifth object is in the second cell.
+    let cell = u32::from(id % 5 == 4);
+    let x = (id % 7) as f32 * 4.0 - 64.0 * cell as f32;
+    let z = (id / 7) as f32 * 4.0;
     scene.objects.push(Object {
         world_from_object: [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, z]],
         mesh,
         base_color: 0xFF80_4020,
         flags: id % (object_flags::ALL + 1),
-        reserved: 0,
+        cell,
     });
-    scene.object_bounds.push(Bounds {
+    scene.object_bounds.push(ObjectBounds {
         min: [x, 0.0, z],
+        cell,
         max: [x + size, size, z + size],
+        reserved: 0,
     });
     scene.object_sources.push(ObjectSource {
         file: 0,
@@ -139,16 +144,20 @@ fn add_node(
     leaf_depths: &mut Vec<u32>,
 ) {
     let node = bvh.nodes.len();
-    let boxes = ids.iter().map(|&id| scene.object_bounds[id as usize]);
-    let bounds = boxes
-        .reduce(|a, b| union(a, &b))
-        .expect("a node has objects");
-    let object = if ids.len() == 1 { ids[0] } else { NO_OBJECT };
+    let object = if ids.len() == 1 { Some(ids[0]) } else { None };
+    let boxes = ids.iter().map(|&id| &scene.object_bounds[id as usize]);
+    let (cell, bounds) = match object {
+        Some(object) => {
+            let ObjectBounds { cell, min, max, .. } = scene.object_bounds[object as usize];
+            (cell, Bounds { min, max })
+        }
+        None => (0, boxes.map(in_world).reduce(union).unwrap_or_default()),
+    };
     bvh.nodes.push(BvhNode {
         min: bounds.min,
         skip: 0,
         max: bounds.max,
-        object,
+        cell_and_object: BvhNode::pack(cell, object),
     });
     bvh.parents.push(parent);
     if let [id] = ids {
@@ -162,7 +171,19 @@ fn add_node(
     bvh.nodes[node].skip = bvh.nodes.len() as u32;
 }
 
-fn union(a: Bounds, b: &Bounds) -> Bounds {
+/// The bounds in the space of the first cell; the cells of the sample are 64 apart.
+fn in_world(bounds: &ObjectBounds) -> Bounds {
+    let shifted = |corner: [f32; 3]| {
+        let [x, y, z] = corner;
+        [x + 64.0 * bounds.cell as f32, y, z]
+    };
+    Bounds {
+        min: shifted(bounds.min),
+        max: shifted(bounds.max),
+    }
+}
+
+fn union(a: Bounds, b: Bounds) -> Bounds {
     Bounds {
         min: std::array::from_fn(|k| a.min[k].min(b.min[k])),
         max: std::array::from_fn(|k| a.max[k].max(b.max[k])),
@@ -227,8 +248,8 @@ pub fn walk(scene: &ArchivedScene) {
         for (i, node) in bvh.nodes.iter().enumerate() {
             let node = node.to_native();
             assert!(i < node.skip as usize && bvh.parents()[i] as usize <= i);
-            if node.object != NO_OBJECT {
-                assert_eq!(bvh.leaf_of_object()[node.object as usize] as usize, i);
+            if let Some(object) = node.object() {
+                assert_eq!(bvh.leaf_of_object()[object as usize] as usize, i);
                 leaves += 1;
             }
         }

@@ -4,9 +4,11 @@
 //! order.
 
 mod accuracy;
+mod cells;
 mod pack;
 mod place;
 mod provenance;
+mod recentre;
 mod report;
 
 pub use accuracy::{ACCURACY, Accuracy, AreaChange, Displacement, TriangleChanges};
@@ -21,12 +23,13 @@ use crate::progress::Progress;
 use crate::quantize;
 use crate::scene::{SourceCamera, SourceMesh, SourceObject, SourceScene};
 use crate::subdivide;
-use crate::tree::{self, TreeBuilder};
+use crate::tree::{self, TreeBuilder, in_cells};
 use crate::world_bounds::flush_denormals;
 use accuracy::{Baked, MeshChange};
 use glam::{DAffine3, DVec3};
-use hroc_format::{Bounds, Camera, ObjectSource, ReferencedFile, Scene, SourceFile};
+use hroc_format::{Bounds, Camera, ObjectBounds, ObjectSource, ReferencedFile, Scene, SourceFile};
 use pack::Packed;
+use place::Placed;
 use rayon::prelude::*;
 use std::num::NonZeroU32;
 
@@ -156,6 +159,7 @@ pub fn bake(
             .map_err(|(mesh, source)| BakeError::Mesh { mesh, source })?;
     }
     report.objects = source.objects.len();
+    let places = place::shared_places(&source.objects);
     let materials = std::mem::take(&mut source.materials);
     report.provenance = Provenance::new(&source.loaders, materials, source.objects.len());
 
@@ -178,10 +182,8 @@ pub fn bake(
         source_from_mesh.push(prepared.source_from_mesh);
         changes.push(prepared.change);
     }
-    if options.quantize {
-        for object in &mut source.objects {
-            object.world_from_object *= source_from_mesh[object.mesh];
-        }
+    for object in &mut source.objects {
+        object.world_from_object *= source_from_mesh[object.mesh];
     }
     report.meshes = meshes.len();
     report.vertices = meshes.iter().map(|mesh| mesh.positions.len()).sum();
@@ -194,11 +196,14 @@ pub fn bake(
 
     let packed = report.timed("pack", || Packed::new(meshes, keep, options.quantize))?;
     progress.stage("bounds", source.objects.len() as u64);
-    let origin = place::origin(&source.objects, &packed.meshes);
-    let placed = report.timed("bounds", || {
-        place::place(&source.objects, &packed, origin, progress)
-    });
-    let (objects, object_bounds) = placed?;
+    let Placed {
+        origins,
+        objects,
+        bounds: object_bounds,
+    } = report.timed("bounds", || {
+        place::place(&source.objects, &packed, &places, progress)
+    })?;
+    let origin = origins[0];
 
     report.measure(
         &Baked {
@@ -207,12 +212,14 @@ pub fn bake(
             meshes: &packed.meshes,
             changes: &changes,
         },
-        |_| origin,
+        |object| origins[object.cell as usize],
         options.quantize,
     );
 
     progress.stage("trees", options.splits.len() as u64);
-    let bvhs = report.timed("trees", || trees(&object_bounds, &options.splits, progress))?;
+    let bvhs = report.timed("trees", || {
+        trees(&object_bounds, &origins, &options.splits, progress)
+    })?;
     report.trees = bvhs
         .iter()
         .map(|bvh| TreeReport::new(&bvh.split, bvh.nodes.len(), &bvh.stats))
@@ -241,14 +248,8 @@ pub fn bake(
             })
             .collect(),
         origin: origin.into(),
-        bounds: object_bounds
-            .iter()
-            .copied()
-            .reduce(union)
-            .unwrap_or(Bounds {
-                min: [0.0; 3],
-                max: [0.0; 3],
-            }),
+        bounds: scene_bounds(&object_bounds, &origins),
+        cells: origins.iter().map(|&origin| origin.into()).collect(),
         object_sources: source.objects.iter().map(object_source).collect(),
         objects,
         object_bounds,
@@ -326,7 +327,7 @@ fn prepare(
         // Before vertices are merged: on the grid some meet.
         let source_from_mesh = match options.quantize {
             true => quantize::quantize(&mut mesh),
-            false => DAffine3::IDENTITY,
+            false => DAffine3::from_translation(recentre::recentre(&mut mesh)),
         };
         // Here vertices and triangles are still in the order of the source.
         let import_error = position_errors.get(index).copied().unwrap_or(0.0);
@@ -355,7 +356,8 @@ fn object_source(source: &SourceObject) -> ObjectSource {
 
 /// One tree per builder, all at once; none for an empty scene.
 fn trees(
-    bounds: &[Bounds],
+    bounds: &[ObjectBounds],
+    origins: &[DVec3],
     splits: &[&'static dyn TreeBuilder],
     progress: &dyn Progress,
 ) -> Result<Vec<hroc_format::Bvh>, BakeError> {
@@ -363,7 +365,7 @@ fn trees(
         return Ok(Vec::new());
     }
     let build = |builder: &&'static dyn TreeBuilder| {
-        let tree = builder.build(bounds).map_err(|source| BakeError::Tree {
+        let tree = in_cells::build(*builder, bounds, origins).map_err(|source| BakeError::Tree {
             split: builder.name(),
             source,
         });
@@ -398,9 +400,12 @@ fn camera(source: &SourceCamera, origin: DVec3) -> Camera {
     }
 }
 
-fn union(a: Bounds, b: Bounds) -> Bounds {
-    Bounds {
+/// World bounds that contain those of all objects.
+fn scene_bounds(bounds: &[ObjectBounds], origins: &[DVec3]) -> Bounds {
+    let world = |b: &ObjectBounds| in_cells::about(b, origins, origins[0]);
+    let union = |a: Bounds, b: Bounds| Bounds {
         min: std::array::from_fn(|axis| a.min[axis].min(b.min[axis])),
         max: std::array::from_fn(|axis| a.max[axis].max(b.max[axis])),
-    }
+    };
+    bounds.iter().map(world).reduce(union).unwrap_or_default()
 }

@@ -1,6 +1,6 @@
 //! Trees that were built elsewhere, brought into our layout.
 
-use hroc_format::{Bounds, Bvh, NO_OBJECT};
+use hroc_format::{Bounds, Bvh};
 
 use super::stats::measure;
 use super::{BLANK, Builder, Subtree, ceil_log2, parent_of};
@@ -48,8 +48,8 @@ pub fn from_depth_first(bounds: &[Bounds], name: &str, sequence: &[Option<u32>])
         if leaves > 2 && depths[i] + ceil_log2(leaves) >= builder.max_depth {
             let below = nodes[i..end].iter();
             let mut objects: Vec<_> = below
-                .filter(|node| node.object != NO_OBJECT)
-                .map(|leaf| objects[leaf.object as usize])
+                .filter_map(|node| node.object())
+                .map(|object| objects[object as usize])
                 .collect();
             builder.build_subtree(Subtree {
                 objects: &mut objects,

@@ -13,10 +13,11 @@ use aabb::Scale;
 pub use aabb::{Aabb, ObjectBox, middle_bounds};
 pub use depth_first::from_depth_first;
 use stats::Subtotal;
+pub use stats::measure_in_cells;
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use hroc_format::{Bounds, Bvh, BvhNode, NO_OBJECT};
+use hroc_format::{Bounds, Bvh, BvhNode, MAX_OBJECTS};
 
 use crate::split::{Cut, SplitRule};
 
@@ -32,8 +33,8 @@ pub enum BuildError {
     /// There is nothing to build a tree over.
     #[error("no objects to build a tree over; leave the tree out of an empty scene")]
     NoObjects,
-    /// Node indices are 32 bits wide.
-    #[error("{objects} objects are more than a tree can hold (2^31 - 1); split the scene")]
+    /// The object of a leaf is 24 bits wide.
+    #[error("{objects} objects are more than a tree can hold ({MAX_OBJECTS}); split the scene")]
     TooManyObjects {
         /// How many there are.
         objects: usize,
@@ -78,7 +79,7 @@ fn ceil_log2(objects: usize) -> u32 {
 /// Builds the tree over `bounds`, cut by `rule`. Runs on the current rayon pool.
 ///
 /// # Errors
-/// When there are no objects or more than 2^31 - 1, or a box is inverted or not finite.
+/// When there are no objects or more than [`MAX_OBJECTS`], or a box is inverted or not finite.
 pub fn build(bounds: &[Bounds], rule: &dyn SplitRule) -> Result<Bvh, BuildError> {
     check_bounds(bounds)?;
     let builder = Builder::new(bounds, rule);
@@ -110,7 +111,7 @@ pub fn check_bounds(bounds: &[Bounds]) -> Result<(), BuildError> {
     if bounds.is_empty() {
         return Err(BuildError::NoObjects);
     }
-    if bounds.len() > i32::MAX as usize {
+    if bounds.len() > MAX_OBJECTS {
         return Err(BuildError::TooManyObjects {
             objects: bounds.len(),
         });
@@ -139,7 +140,7 @@ const BLANK: BvhNode = BvhNode {
     min: [0.0; 3],
     skip: 0,
     max: [0.0; 3],
-    object: 0,
+    cell_and_object: 0,
 };
 
 struct Builder<'a> {
@@ -199,7 +200,7 @@ impl<'a> Builder<'a> {
             min,
             skip: index + 1,
             max,
-            object: id,
+            cell_and_object: BvhNode::pack(0, Some(id)),
         }
     }
 
@@ -282,7 +283,7 @@ fn parent_of(left: &BvhNode, right: &BvhNode) -> BvhNode {
         min: std::array::from_fn(|axis| smaller(left.min[axis], right.min[axis])),
         skip: right.skip,
         max: std::array::from_fn(|axis| larger(left.max[axis], right.max[axis])),
-        object: NO_OBJECT,
+        cell_and_object: BvhNode::INTERIOR,
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a finished tree looks like.
 
-use hroc_format::{BvhNode, BvhStats, NO_OBJECT};
+use glam::DVec3;
+use hroc_format::{BvhNode, BvhStats};
 
 /// Surface area of the box; in f64, where squares of f32 lengths neither overflow nor vanish.
 #[inline]
@@ -9,7 +10,7 @@ fn surface_area(min: [f32; 3], max: [f32; 3]) -> f64 {
     2.0 * (x * y + y * z + z * x)
 }
 
-/// Surface area of the intersection of two nodes' boxes; zero where they are apart.
+/// Surface area of the intersection of two nodes' boxes, which are in one cell; zero where they are apart.
 #[inline]
 fn overlap_area(a: &BvhNode, b: &BvhNode) -> f64 {
     let min: [f32; 3] = std::array::from_fn(|axis| a.min[axis].max(b.min[axis]));
@@ -18,6 +19,18 @@ fn overlap_area(a: &BvhNode, b: &BvhNode) -> f64 {
         0.0
     } else {
         surface_area(min, max)
+    }
+}
+
+/// The node with its box in the space of another cell, which lies `shift` from its own, to f32 rounding.
+fn moved(node: &BvhNode, shift: DVec3) -> BvhNode {
+    let corner = |corner: [f32; 3]| -> [f32; 3] {
+        std::array::from_fn(|axis| (f64::from(corner[axis]) + shift[axis]) as f32)
+    };
+    BvhNode {
+        min: corner(node.min),
+        max: corner(node.max),
+        ..*node
     }
 }
 
@@ -77,19 +90,29 @@ impl Subtotal {
     }
 }
 
-/// Measures a tree whose `nodes` are in place.
+/// Measures a tree whose `nodes` are in place, all in one cell.
 pub fn measure(nodes: &[BvhNode]) -> BvhStats {
+    measure_in_cells(nodes, &[DVec3::ZERO])
+}
+
+/// Measures a tree whose `nodes` are in place, in cells with these `origins`.
+pub fn measure_in_cells(nodes: &[BvhNode], origins: &[DVec3]) -> BvhStats {
     // Backward, so that the children of a node are the last that were met, the left one on top.
-    let mut waiting: Vec<(&BvhNode, Subtotal)> = Vec::new();
+    let mut waiting: Vec<(BvhNode, Subtotal)> = Vec::new();
     for node in nodes.iter().rev() {
-        let subtotal = if node.object == NO_OBJECT {
+        let subtotal = if node.object().is_none() {
             let children = [waiting.pop(), waiting.pop()].map(|child| child.expect("two children"));
-            Subtotal::inner(node, children)
+            // Areas do not depend on the cell, the overlap needs one space for both.
+            let [left, right] = [children[0].0, children[1].0].map(|child: BvhNode| {
+                let shift = origins[child.cell() as usize] - origins[node.cell() as usize];
+                moved(&child, shift)
+            });
+            Subtotal::inner(node, [(&left, children[0].1), (&right, children[1].1)])
         } else {
             Subtotal::leaf(node)
         };
-        waiting.push((node, subtotal));
+        waiting.push((*node, subtotal));
     }
     let (root, total) = waiting[0];
-    total.stats(root)
+    total.stats(&root)
 }

@@ -2,7 +2,9 @@
 
 use super::Failure;
 use crate::bake::{Accuracy, Provenance, TreeReport};
-use hroc_format::{ArchivedScene, BakedScene, Bounds, OpenError, object_flags};
+use crate::tree::in_cells;
+use glam::DVec3;
+use hroc_format::{ArchivedScene, BakedScene, Bounds, ObjectBounds, OpenError, object_flags};
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
@@ -321,6 +323,15 @@ fn cameras(scene: &ArchivedScene) -> Vec<Camera> {
 
 fn objects(scene: &ArchivedScene, provenance: &Provenance) -> Vec<Object> {
     let ids = 0..scene.objects.len() as u32;
+    let origins: Vec<_> = scene.cell_origins().into_iter().map(DVec3::from).collect();
+    // A file that was opened without its objects checked may name a cell that is not there.
+    let in_world = |b: ObjectBounds| match origins.get(b.cell as usize) {
+        Some(_) => in_cells::about(&b, &origins, origins[0]),
+        None => Bounds {
+            min: b.min,
+            max: b.max,
+        },
+    };
     let parts = scene
         .objects
         .iter()
@@ -350,7 +361,7 @@ fn objects(scene: &ArchivedScene, provenance: &Provenance) -> Vec<Object> {
                     .map(|channel| f32::from(channel) / 255.0),
                 double_sided: object.flags & object_flags::DOUBLE_SIDED != 0,
                 material: provenance.material(id as usize).map(str::to_owned),
-                bounds: bounds.to_native().into(),
+                bounds: in_world(bounds.to_native()).into(),
             }
         })
         .collect()

@@ -4,6 +4,7 @@
 //! A new builder is one file here and one line in [`OTHERS`], a new split rule one file and one line in
 //! [`RULES`]; the command line, the bake and the tests then know it.
 
+pub mod in_cells;
 mod ploc;
 mod ploc_reinsert;
 
@@ -50,7 +51,7 @@ pub trait TreeBuilder: Sync {
     /// [`bvh::max_depth`].
     ///
     /// # Errors
-    /// When there are no objects or more than 2^31 - 1, or a box is inverted or not finite.
+    /// When there are no objects or more than [`hroc_format::MAX_OBJECTS`], or a box is inverted or not finite.
     fn build(&self, bounds: &[Bounds]) -> Result<Bvh, BuildError>;
 }
 

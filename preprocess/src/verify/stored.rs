@@ -20,8 +20,8 @@ pub(super) struct Stored {
 }
 
 /// Where the zero of an object's coordinates is in the source.
-fn zero(scene: &ArchivedScene, _: &ArchivedObject) -> Point {
-    scene.origin.map(|x| x.to_native())
+fn zero(scene: &ArchivedScene, object: &ArchivedObject) -> Point {
+    scene.cells[object.cell.to_native() as usize].map(|x| x.to_native())
 }
 
 impl Stored {
