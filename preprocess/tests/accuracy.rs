@@ -76,8 +76,8 @@ fn displacement(scene: &Scene, source: &SourceScene, object: usize) -> f64 {
     positions.map(of_vertex).fold(0.0, f64::max)
 }
 
-fn cell_origin(scene: &Scene, _object: usize) -> [f64; 3] {
-    scene.origin
+fn cell_origin(scene: &Scene, object: usize) -> [f64; 3] {
+    scene.cells[scene.objects[object].cell as usize]
 }
 
 fn point(size: f64) -> impl Strategy<Value = DVec3> {

@@ -104,19 +104,21 @@ impl MeshChange {
         let before = |vertex: u32| wide(original[vertex as usize]);
         let after =
             |vertex: u32| source_from_mesh.transform_point3(wide(mesh.positions[vertex as usize]));
-        let unchanged = *source_from_mesh == DAffine3::IDENTITY && original == mesh.positions;
+        let moved = match *source_from_mesh == DAffine3::IDENTITY && original == mesh.positions {
+            true => 0.0,
+            false => (0..original.len() as u32)
+                .map(|vertex| (after(vertex) - before(vertex)).length_squared())
+                .fold(0.0, f64::max)
+                .sqrt(),
+        };
         let mut change = Self {
-            displacement: import_error,
+            displacement: import_error + moved,
             scale: source_from_mesh.matrix3.x_axis.length(),
             ..Self::default()
         };
-        if !unchanged {
-            let moved = (0..original.len() as u32).map(|v| (after(v) - before(v)).length_squared());
-            change.displacement += moved.fold(0.0, f64::max).sqrt();
-        }
         for corners in mesh.indices.as_chunks::<3>().0 {
             let source = area(corners.map(before));
-            let baked = if unchanged {
+            let baked = if moved == 0.0 {
                 source
             } else {
                 area(corners.map(after))
