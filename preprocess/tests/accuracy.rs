@@ -99,6 +99,8 @@ proptest! {
         })).collect();
         let source = scene(vec![mesh(points)], &places);
         let (scene, report) = baked(&source, quantize);
+        // The vertices of triangles that are left out go with them, and the others move up.
+        prop_assume!(report.coincident_triangles == 0);
         let accuracy = report.accuracy.unwrap();
         let found = accuracy.farthest.unwrap();
         let right: Vec<f64> = (0..places.len()).map(|id| displacement(&scene, &source, id)).collect();
