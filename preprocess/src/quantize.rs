@@ -99,7 +99,7 @@ fn union(a: Box, b: Box) -> Box {
     (a.0.min(b.0), a.1.max(b.1))
 }
 
-/// The stored form of a position in the unit cube that [`quantize`] made.
+/// The stored form of a position in the unit cube that [`Grid::quantize`] made.
 pub fn encode(position: [f32; 3]) -> [u16; 4] {
     let [x, y, z] = position.map(|lane| (lane * f32::from(u16::MAX)).round() as u16);
     [x, y, z, 0]

@@ -73,9 +73,9 @@ fn an_object_is_one_o_one_g_and_one_usemtl() {
 
 #[test]
 fn polygons_are_fans_and_indices_may_be_relative() {
-    let scene = obj(&format!("{QUAD}v 0 .5 0\nf -5 -4 -3 -2 -1\n"));
+    let scene = obj(&format!("{QUAD}v -1 .5 0\nf -5 -4 -3 -2 -1\n"));
     assert_eq!(scene.meshes[0].indices, [0, 1, 2, 0, 2, 3, 0, 3, 4]);
-    assert_eq!(scene.meshes[0].positions[4], [0.0, 0.5, 0.0]);
+    assert_eq!(scene.meshes[0].positions[4], [-1.0, 0.5, 0.0]);
 }
 
 #[test]
@@ -92,6 +92,20 @@ fn a_concave_polygon_covers_itself_and_nothing_else() {
     assert!(areas.iter().all(|&area| area > 0.0), "{areas:?}");
     assert_eq!(areas[0] + areas[1], 6.0);
     assert_eq!(areas[2], 8.0);
+}
+
+#[test]
+fn polygons_without_a_right_cut_are_warned_about_with_their_line() {
+    let warnings = warnings_of(format!("{QUAD}f 1 2 3 4\nf 1 3 2 4\nf 1 3 2 4\n").as_bytes());
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(
+        warnings[0].contains("cross themselves") && warnings[0].ends_with("2, the first on line 6")
+    );
+    let warnings = warnings_of(format!("{QUAD}f 1 2 3 4 1 2 3 4\n").as_bytes());
+    assert!(
+        warnings[0].ends_with("filled once: 1, the first on line 5"),
+        "{warnings:?}"
+    );
 }
 
 #[test]
@@ -500,7 +514,12 @@ fn names_are_bytes_and_so_are_names_of_files() {
         .unwrap();
         let path = folder.path().join("a.obj");
         fs::write(&path, text).unwrap();
-        let scene = import(&[path.clone()], &ImportOptions::default(), &Silent).unwrap();
+        let scene = import(
+            std::slice::from_ref(&path),
+            &ImportOptions::default(),
+            &Silent,
+        )
+        .unwrap();
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
         let colors: Vec<_> = scene.objects.iter().map(|o| o.base_color[0]).collect();
         assert_eq!(colors, [1.0, 0.0, 0.0], "three groups, two materials");

@@ -40,7 +40,10 @@ pub(super) fn is_obj(path: &Path, bytes: &[u8]) -> bool {
     let text = !bytes.is_empty() && !bytes.iter().take(4096).any(|&byte| byte == 0);
     let mut lines = Lines::new(without_bom(bytes)).map(<[u8]>::trim_ascii);
     let first = lines.find(|line| !line.is_empty() && !line.starts_with(b"#"));
-    let known = |line| matches!(keyword(line).0, b"v" | b"mtllib" | b"o" | b"g");
+    let known = |line| match keyword(line) {
+        (b"v" | b"mtllib" | b"o" | b"g", rest) => !rest.is_empty(),
+        _ => false,
+    };
     text && (named || first.is_some_and(known))
 }
 

@@ -112,7 +112,9 @@ pub(super) fn look(material: Option<&tobj::Material>) -> ([f32; 4], AlphaMode) {
 mod tests {
     use super::*;
 
-    fn looks(library: &[u8]) -> (Vec<(Vec<u8>, [f32; 4], AlphaMode)>, usize) {
+    type Look = (Vec<u8>, [f32; 4], AlphaMode);
+
+    fn looks(library: &[u8]) -> (Vec<Look>, usize) {
         let mut libraries = Libraries::default();
         libraries.add(library);
         let look = |(name, material): (Vec<u8>, tobj::Material)| {

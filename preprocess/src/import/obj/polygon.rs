@@ -454,8 +454,7 @@ mod tests {
             whole += 1;
             // A point on no line through two points of the grid.
             for _ in 0..4 {
-                let point = [0, 1]
-                    .map(|axis| rng.below(size) as f64 + [0.318_309_886, 0.271_828_182][axis]);
+                let point = [0, 1].map(|axis| rng.below(size) as f64 + [0.3079, 0.2713][axis]);
                 let winding = |corners: &[Point]| -> i64 {
                     let next = corners.iter().cycle().skip(1);
                     let step = |(a, b): (&Point, &Point)| {
