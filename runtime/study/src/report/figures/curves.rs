@@ -36,7 +36,10 @@ pub fn curves(runs: &[&RunResults], series: &[String]) -> Option<String> {
     };
     let entries = runs.iter().map(|run| Entry {
         label: run.label(),
-        mark: Mark::Line(style(run)),
+        mark: match run.sampling {
+            Sampling::Cuts { .. } => Mark::Point(style(run)),
+            Sampling::Spread | Sampling::Windows { .. } => Mark::Line(style(run)),
+        },
     });
     let entries = entries.collect::<Vec<_>>();
     let bottom = RECT.bottom() + 48.0;
@@ -164,6 +167,6 @@ mod tests {
         for frame in &mut run.per_frame {
             frame.window = None;
         }
-        assert_eq!(draw(&run).1, spread - 1, "no line at all");
+        assert_eq!(draw(&run).1, 0, "no line at all");
     }
 }
