@@ -123,12 +123,12 @@ pub struct FrameUniform {
     pub depth_tolerance: f32,
     pub depth_along_ray: [f32; 4],
     pub depth_tolerance_over_w: f32,
-    pub depth_tolerance_relative: f32,
+    pub depth_tolerance_over_nearest: f32,
     pub size: [u32; 2],
     pub box_padding_everywhere: f32,
     pub box_padding_per_depth: f32,
     pub static_count: u32,
-    pub reserved: u32,
+    pub depth_tolerance_reach_over_w: f32,
     pub eye_high: [f32; 3],
     pub padding_per_reach: f32,
     pub eye_low: [f32; 3],
@@ -161,7 +161,6 @@ impl FrameUniform {
 
         // The eye itself, eye-relative: half a step of the grid at most.
         let eye_reach = view.eye.abs().element_sum();
-        let scene_reach = shape.reach + (camera.position - shape.origin).abs().element_sum();
         // World per pixel at unit depth, both axes together.
         let pixel = 2.0 * view.half_width / width + 2.0 * view.half_height / height;
         let larger_side = width.max(height);
@@ -213,10 +212,12 @@ impl FrameUniform {
                     DVec4::new(view.z_offset, view.z_scale, 1.0, 0.0),
                 )
             };
-        let z_reach = if view.perspective {
-            scene_reach
-        } else {
-            scene_reach + view.near
+        let eye_along = view.forward.dot(view.eye).abs();
+        // With reversed depth nothing in a box is deeper than its nearest point; otherwise than 1.
+        let deepest_is_nearest = view.perspective && depth == DepthConvention::Reversed;
+        let [deepest, over_nearest] = match deepest_is_nearest {
+            true => [0.0, view.z_offset.abs()],
+            false => [1.0, 0.0],
         };
         Ok(Self {
             clip_from_relative: view.clip_from_world().as_mat4().to_cols_array_2d(),
@@ -238,17 +239,17 @@ impl FrameUniform {
             ray_direction_dx: direction_dx.as_vec3().to_array(),
             node_count: shape.node_count(),
             ray_direction_dy: direction_dy.as_vec3().to_array(),
-            depth_tolerance: (4.0 * U) as f32,
+            depth_tolerance: round_up(4.0 * U * deepest),
             depth_along_ray: along.as_vec4().to_array(),
             depth_tolerance_over_w: round_up(
-                9.0 * U * (2.0 * view.z_scale.abs() * z_reach + view.z_offset.abs()),
+                16.0 * U * (2.0 * view.z_scale.abs() * eye_along + view.z_offset.abs()),
             ),
-            depth_tolerance_relative: (24.0 * U) as f32,
+            depth_tolerance_over_nearest: round_up(4.0 * U * over_nearest),
             size,
             box_padding_everywhere: box_padding[0],
             box_padding_per_depth: box_padding[2],
             static_count: shape.static_count,
-            reserved: 0,
+            depth_tolerance_reach_over_w: round_up(32.0 * U * view.z_scale.abs()),
             eye_high: zero.as_vec3().to_array(),
             padding_per_reach: padding[1],
             eye_low: (zero - zero.as_vec3().as_dvec3()).as_vec3().to_array(),
