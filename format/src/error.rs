@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use rkyv::rancor::BoxedError;
 
 use crate::header::VERSION;
+use crate::section::SectionName;
 
 /// The path in the errors of scenes that were opened from memory.
 pub const IN_MEMORY: &str = "(memory)";
@@ -101,6 +102,27 @@ pub enum OpenError {
         /// The checksum in the header.
         expected: u64,
         /// The checksum of the payload.
+        found: u64,
+    },
+    /// The directory of the optional sections is damaged, or the sections do not lie where they should.
+    #[error("{}: the directory of sections is damaged: {problem}; copy or bake it again", path.display())]
+    Directory {
+        /// The file.
+        path: PathBuf,
+        /// The rule that is broken, and where.
+        problem: String,
+    },
+    /// An optional section is not the one that was written.
+    #[error("{}: section {name} is damaged, the checksum is {found:016x} and should be {expected:016x}; \
+        copy or bake it again", path.display())]
+    Section {
+        /// The file.
+        path: PathBuf,
+        /// The section.
+        name: SectionName,
+        /// The checksum in the directory.
+        expected: u64,
+        /// The checksum of the section.
         found: u64,
     },
 }

@@ -12,7 +12,7 @@ use crate::schema::SCHEMA_HASH;
 pub const MAGIC: [u8; 8] = *b"HROCBAKE";
 /// Counts up with every change of the header or of what the payload's fields mean. A change of the
 /// fields themselves shows in [`SCHEMA_HASH`].
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 /// Bytes before the payload; a multiple of every alignment in it.
 pub const HEADER_LEN: usize = 64;
 /// Flags that this version knows: none.
@@ -20,16 +20,33 @@ const KNOWN_FLAGS: u32 = 0;
 /// The part that the header's own checksum covers: all of it but the checksum.
 const COVERED: usize = HEADER_LEN - 8;
 
-/// What a header says about the payload behind it.
+/// What a header says about the rest of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// Bytes after the header.
+    /// Bytes of the payload, which begins behind the header.
     pub payload_len: u64,
     /// xxh3-64 of the payload.
     pub checksum: u64,
+    /// Bytes of the whole file, header included.
+    pub file_len: u64,
+    /// Number of sections behind the payload.
+    pub section_count: u32,
+    /// The lower half of xxh3-64 of the directory of sections; 0 without sections.
+    pub directory_checksum: u32,
 }
 
 impl Header {
+    /// The header of a file without sections.
+    pub fn of_payload(payload: &[u8]) -> Self {
+        Self {
+            payload_len: payload.len() as u64,
+            checksum: xxh3_64(payload),
+            file_len: (HEADER_LEN + payload.len()) as u64,
+            section_count: 0,
+            directory_checksum: 0,
+        }
+    }
+
     /// The bytes of a header in this version.
     pub fn to_bytes(&self) -> [u8; HEADER_LEN] {
         let mut bytes = [0; HEADER_LEN];
@@ -39,7 +56,9 @@ impl Header {
         bytes[16..24].copy_from_slice(&SCHEMA_HASH.to_le_bytes());
         bytes[24..32].copy_from_slice(&self.payload_len.to_le_bytes());
         bytes[32..40].copy_from_slice(&self.checksum.to_le_bytes());
-        // 40..56 is reserved and zero.
+        bytes[40..48].copy_from_slice(&self.file_len.to_le_bytes());
+        bytes[48..52].copy_from_slice(&self.section_count.to_le_bytes());
+        bytes[52..56].copy_from_slice(&self.directory_checksum.to_le_bytes());
         let own_checksum = xxh3_64(&bytes[..COVERED]);
         bytes[COVERED..].copy_from_slice(&own_checksum.to_le_bytes());
         bytes
@@ -91,12 +110,6 @@ impl Header {
                 problem: "unknown flags",
             });
         }
-        if bytes[40..COVERED].iter().any(|&byte| byte != 0) {
-            return Err(OpenError::Header {
-                path: path(),
-                problem: "reserved bytes in use",
-            });
-        }
         let schema_hash = u64_at(bytes, 16);
         if schema_hash != SCHEMA_HASH {
             return Err(OpenError::Schema {
@@ -104,19 +117,33 @@ impl Header {
                 found: schema_hash,
             });
         }
-        let payload_len = u64_at(bytes, 24);
-        let expected = payload_len.saturating_add(HEADER_LEN as u64);
-        if found != expected {
+        let header = Self {
+            payload_len: u64_at(bytes, 24),
+            checksum: u64_at(bytes, 32),
+            file_len: u64_at(bytes, 40),
+            section_count: u32_at(bytes, 48),
+            directory_checksum: u32_at(bytes, 52),
+        };
+        if found != header.file_len {
             return Err(OpenError::Length {
                 path: path(),
-                expected,
+                expected: header.file_len,
                 found,
             });
         }
-        Ok(Self {
-            payload_len,
-            checksum: u64_at(bytes, 32),
-        })
+        if found - (HEADER_LEN as u64) < header.payload_len {
+            return Err(OpenError::Header {
+                path: path(),
+                problem: "the payload is longer than the file",
+            });
+        }
+        if header.section_count == 0 && header.directory_checksum != 0 {
+            return Err(OpenError::Header {
+                path: path(),
+                problem: "a checksum of a directory without sections",
+            });
+        }
+        Ok(header)
     }
 }
 

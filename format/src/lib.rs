@@ -1,6 +1,6 @@
 //! The baked scene file of hroc.
 //!
-//! A file is a 64-byte header and one rkyv archive of a [`Scene`]; `README.md` beside this crate
+//! A file is a 64-byte header, one rkyv archive of a [`Scene`] and optional [sections](Sections); `README.md` beside this crate
 //! documents the bytes. A mapped file is the scene: its arrays go to the GPU unchanged.
 //!
 //! ```
@@ -26,6 +26,7 @@ mod header;
 mod open;
 mod read;
 mod schema;
+mod section;
 mod target;
 mod types;
 mod unfinished;
@@ -36,10 +37,11 @@ pub use header::{HEADER_LEN, Header, MAGIC, VERSION};
 pub use open::{BakedScene, Check};
 pub use read::{bytes_of, dequantize};
 pub use schema::{Described, SCHEMA_HASH};
+pub use section::{SectionEntry, SectionName, Sections};
 pub use target::{file_to_replace, folder_of};
 pub use types::*;
 pub use unfinished::{TEMPORARY_PREFIX, discard_unfinished};
-pub use write::{to_bytes, write};
+pub use write::{to_bytes, to_bytes_with, write, write_with};
 
 /// Bits of [`Object::flags`].
 pub mod object_flags {

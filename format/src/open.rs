@@ -11,10 +11,11 @@ use xxhash_rust::xxh3::xxh3_64;
 use crate::check;
 use crate::error::{IN_MEMORY, OpenError};
 use crate::header::{HEADER_LEN, Header};
+use crate::section::{self, SectionEntry, SectionName};
 use crate::types::ArchivedScene;
 
 /// How much of a scene is checked when it is opened. Each depth includes the ones before it. The
-/// header and the archive's structure (pointers, lengths, strings) are always checked.
+/// header, the directory of sections and the archive's structure (pointers, lengths, strings) are always checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Check {
     /// The meshes' ranges lie within the vertices and indices. For files that this process wrote.
@@ -22,7 +23,7 @@ pub enum Check {
     /// Objects, indices, bounds, names, cameras and trees are consistent: whatever follows them, on the CPU or
     /// the GPU, stays within the arrays and ends. Reads all but the vertices. What everybody should use.
     Objects,
-    /// The checksum and every vertex too: reads the whole file.
+    /// The checksums of the payload and of every section, and every vertex too: reads the whole file.
     Everything,
 }
 
@@ -37,6 +38,8 @@ pub enum Check {
 /// any mapped file. Where others may do that, use [`read_with`](Self::read_with), which survives it.
 pub struct BakedScene {
     bytes: Bytes,
+    payload_len: usize,
+    sections: Vec<SectionEntry>,
     path: Option<PathBuf>,
 }
 
@@ -112,7 +115,10 @@ impl BakedScene {
     fn new(bytes: Bytes, path: Option<PathBuf>, depth: Check) -> Result<Self, OpenError> {
         let at = path.as_deref().unwrap_or(Path::new(IN_MEMORY));
         let header = Header::parse(bytes.as_slice(), at)?;
-        let payload = &bytes.as_slice()[HEADER_LEN..];
+        let sections = section::parse(bytes.as_slice(), &header, at)?;
+        // `Header::parse` found it no longer than the file.
+        let payload_len = header.payload_len as usize;
+        let payload = &bytes.as_slice()[HEADER_LEN..HEADER_LEN + payload_len];
         // First, where asked for: damage is told as damage, not as the rule that it happens to break.
         if depth >= Check::Everything {
             let found = xxh3_64(payload);
@@ -122,6 +128,9 @@ impl BakedScene {
                     expected: header.checksum,
                     found,
                 });
+            }
+            for entry in &sections {
+                section::read(bytes.as_slice(), entry, at)?;
             }
         }
         let scene = rkyv::access::<ArchivedScene, BoxedError>(payload).map_err(|source| {
@@ -134,14 +143,38 @@ impl BakedScene {
             path: at.into(),
             source,
         })?;
-        Ok(Self { bytes, path })
+        Ok(Self {
+            bytes,
+            payload_len,
+            sections,
+            path,
+        })
     }
 
     /// The scene.
     pub fn scene(&self) -> &ArchivedScene {
+        let payload = &self.bytes.as_slice()[HEADER_LEN..HEADER_LEN + self.payload_len];
         // SAFETY: `new` validated an `ArchivedScene` at the end of these very bytes, which lie at the
         // same address since (heap or map; moving `self` does not move them) and are never written.
-        unsafe { rkyv::access_unchecked(&self.bytes.as_slice()[HEADER_LEN..]) }
+        unsafe { rkyv::access_unchecked(payload) }
+    }
+
+    /// The bytes of an optional section, or `None` where the file has no section of that name. They begin at a
+    /// multiple of 16 bytes. Each call compares them with their checksum: keep the slice.
+    pub fn section(&self, name: SectionName) -> Result<Option<&[u8]>, OpenError> {
+        let Ok(at) = self
+            .sections
+            .binary_search_by_key(&name, |entry| entry.name)
+        else {
+            return Ok(None);
+        };
+        let path = self.path.as_deref().unwrap_or(Path::new(IN_MEMORY));
+        section::read(self.bytes.as_slice(), &self.sections[at], path).map(Some)
+    }
+
+    /// The optional sections in the file, in the order of their names, known to this program or not.
+    pub fn sections(&self) -> &[SectionEntry] {
+        &self.sections
     }
 
     /// The whole file, header included.

@@ -4,11 +4,11 @@ mod support;
 
 use hroc_format::*;
 use proptest::prelude::*;
-use support::{file, open, scene, seal, walk};
+use support::{file, file_with, open, scene, seal, sections, walk};
 
 #[test]
 fn every_flipped_bit_is_found_by_verify() {
-    let mut bytes = file(&scene(12));
+    let mut bytes = file_with(&scene(12), &sections());
     open(&bytes, Check::Everything).unwrap();
     for bit in 0..bytes.len() * 8 {
         bytes[bit / 8] ^= 1 << (bit % 8);
@@ -26,11 +26,14 @@ fn every_flipped_bit_is_found_by_verify() {
 /// Below the checksum's depth a flip may pass; then it has hit a value, not what is followed.
 #[test]
 fn every_flipped_bit_leaves_a_checked_scene_safe() {
-    let mut bytes = file(&scene(12));
+    let mut bytes = file_with(&scene(12), &sections());
     for bit in HEADER_LEN * 8..bytes.len() * 8 {
         bytes[bit / 8] ^= 1 << (bit % 8);
         if let Ok(baked) = open(&bytes, Check::Objects) {
             walk(baked.scene());
+            for entry in baked.sections() {
+                let _ = baked.section(entry.name);
+            }
         }
         bytes[bit / 8] ^= 1 << (bit % 8);
     }
@@ -38,7 +41,7 @@ fn every_flipped_bit_leaves_a_checked_scene_safe() {
 
 #[test]
 fn every_truncation_is_refused() {
-    let bytes = file(&scene(12));
+    let bytes = file_with(&scene(12), &sections());
     for len in 0..bytes.len() {
         let error = open(&bytes[..len], Check::Ranges).expect_err("cut short");
         match len {

@@ -42,16 +42,22 @@ fn header() {
     let bytes = Header {
         payload_len: 0x0102,
         checksum: 0x0304,
+        file_len: 0x0506,
+        section_count: 7,
+        directory_checksum: 0x0809,
     }
     .to_bytes();
     assert_eq!(bytes[..8], *b"HROCBAKE");
-    assert_eq!(bytes[8..16], [2, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(bytes[8..16], [3, 0, 0, 0, 0, 0, 0, 0]);
     assert_eq!(bytes[16..24], SCHEMA_HASH.to_le_bytes());
     assert_eq!(
         bytes[24..40],
         [2, 1, 0, 0, 0, 0, 0, 0, 4, 3, 0, 0, 0, 0, 0, 0]
     );
-    assert_eq!(bytes[40..56], [0; 16]);
+    assert_eq!(
+        bytes[40..56],
+        [6, 5, 0, 0, 0, 0, 0, 0, 7, 0, 0, 0, 9, 8, 0, 0]
+    );
     assert_eq!(
         bytes[56..],
         xxhash_rust::xxh3::xxh3_64(&bytes[..56]).to_le_bytes()

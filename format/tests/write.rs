@@ -5,7 +5,7 @@ mod support;
 use std::fs;
 
 use hroc_format::*;
-use support::{file, scene};
+use support::{file, file_with, scene, sections};
 
 /// What lies in a folder, hidden files included.
 fn names(folder: &std::path::Path) -> Vec<String> {
@@ -27,6 +27,19 @@ fn the_same_scene_makes_the_same_bytes() {
     assert_eq!(fs::read(&a).unwrap(), fs::read(&b).unwrap());
     assert_eq!(fs::read(&a).unwrap(), file(&scene(77)));
     assert_eq!(names(folder.path()).len(), 2, "no temporary file is left");
+}
+
+#[test]
+fn the_same_sections_make_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.hroc");
+    let len = write_with(&path, &scene(7), &sections()).unwrap();
+    let bytes = fs::read(&path).unwrap();
+    assert_eq!(bytes.len() as u64, len);
+    assert_eq!(bytes, file_with(&scene(7), &sections()));
+    // Without sections nothing is behind the payload, and with them the payload is the same.
+    let plain = file(&scene(7));
+    assert_eq!(plain[HEADER_LEN..], bytes[HEADER_LEN..plain.len()]);
 }
 
 #[test]

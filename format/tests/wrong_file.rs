@@ -82,13 +82,13 @@ fn other_versions() {
     let mut bytes = file(&scene(1));
     for (version, expected) in [
         (0, "; bake it again with this version"),
-        (3, "; update hroc, or bake it again"),
+        (4, "; update hroc, or bake it again"),
     ] {
         bytes[8] = version;
         reseal_header(&mut bytes);
         assert_refused(
             &bytes,
-            &format!("format version {version}, but this program reads version 2{expected}"),
+            &format!("format version {version}, but this program reads version 3{expected}"),
         );
         assert!(matches!(
             open(&bytes, Check::Ranges),
@@ -108,7 +108,11 @@ fn another_schema() {
 
 #[test]
 fn a_header_of_the_future() {
-    for (byte, expected) in [(12, "unknown flags"), (47, "reserved bytes in use")] {
+    for (byte, expected) in [
+        (12, "unknown flags"),
+        (26, "the payload is longer than the file"),
+        (53, "a checksum of a directory without sections"),
+    ] {
         let mut bytes = file(&scene(1));
         bytes[byte] = 1;
         assert_refused(&bytes, "the header is damaged (wrong checksum)");
@@ -124,7 +128,7 @@ fn trailing_bytes_and_missing_ones() {
     assert_refused(&bytes, "has trailing bytes (");
     bytes.truncate(100);
     assert_refused(&bytes, "truncated (100 bytes, should be ");
-    bytes[24..32].copy_from_slice(&u64::MAX.to_le_bytes());
+    bytes[40..48].copy_from_slice(&u64::MAX.to_le_bytes());
     reseal_header(&mut bytes);
     assert_refused(
         &bytes,

@@ -156,7 +156,7 @@ impl CameraPath {
         Self::parse(&fs::read(path).map_err(io)?, path)
     }
 
-    /// Reads a path from the bytes of its file; `file` is for the error.
+    /// Reads a path from the bytes of its file, which may begin with a byte-order mark; `file` is for the error.
     ///
     /// # Errors
     /// As [`load`](Self::load).
@@ -169,6 +169,7 @@ impl CameraPath {
             path: file.into(),
             source,
         };
+        let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
         // First and alone: another version may have other fields.
         let Versioned { version } = serde_json::from_slice(json).map_err(not_json)?;
         if version != u64::from(VERSION) {

@@ -1,39 +1,102 @@
-//! Positions as 16-bit numbers: a third less memory for them, at an error of less than a 65534th of the mesh's
-//! longest edge.
+//! Positions as 16-bit numbers: a third less memory for them, at an error of less than a 65534th of the longest
+//! edge of what shares a grid.
 //!
-//! A mesh gets a grid of its own. Its step is a power of two and its corner a multiple of the step: vertices that
-//! lay on such a grid stay exactly where they were, so that walls which met still meet. The step is the same on
-//! all axes, so that normals keep their direction.
+//! The parts of a mesh share a grid: the meshes that `--split-objects` makes of one, the primitives of a glTF mesh
+//! and the materials of an OBJ object. A vertex on the border of two parts is then stored as the same numbers in
+//! both, and they stay watertight. The step of a grid is a power of two and its corner a multiple of the step:
+//! vertices that lay on such a grid stay exactly where they were, so that walls which met still meet. The step is
+//! the same on all axes, so that normals keep their direction.
 
-use crate::scene::SourceMesh;
+use crate::scene::{SourceMesh, SourceObject};
 use glam::{DAffine3, DMat3, DVec3};
 use hroc_format::dequantize;
+use std::collections::HashMap;
 
-/// Moves a mesh's positions to the grid and into the unit cube, as [`dequantize`] decodes them, and returns what
-/// takes the unit cube back to object space. Positions are finite, and there are some.
-pub fn quantize(mesh: &mut SourceMesh) -> DAffine3 {
-    let wide = |position: &[f32; 3]| DVec3::from(position.map(f64::from));
-    let (min, max) = mesh.positions.iter().map(wide).fold(
-        (DVec3::INFINITY, DVec3::NEG_INFINITY),
-        |(min, max), position| (min.min(position), max.max(position)),
-    );
-    let longest = (max - min).max_element();
-    let (step, corner) = if longest > 0.0 {
-        // One less than the largest number: the corner may lie up to a step below the smallest position.
-        let step = (longest / f64::from(u16::MAX - 1)).log2().ceil().exp2();
-        (step, (min / step).floor() * step)
-    } else {
-        (1.0, min)
-    };
-    for position in &mut mesh.positions {
-        let place = (wide(position) - corner) / step;
-        let [x, y, z] = place.to_array().map(|lane| lane.round() as u16);
-        *position = dequantize([x, y, z, 0]);
+/// Where the 16-bit numbers lie in object space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    step: f64,
+    corner: DVec3,
+}
+
+/// The least and the largest coordinates.
+type Box = (DVec3, DVec3);
+
+impl Grid {
+    /// The grid of each mesh: the meshes that are drawn under one node of a file share one.
+    pub fn of_meshes(meshes: &[SourceMesh], objects: &[SourceObject]) -> Vec<Self> {
+        // A forest over the meshes; each points to one that shares its grid, a root to itself.
+        let mut parents: Vec<usize> = (0..meshes.len()).collect();
+        let mut mesh_of_node = HashMap::new();
+        for object in objects {
+            let other = *mesh_of_node
+                .entry((object.file, object.node))
+                .or_insert(object.mesh);
+            let [a, b] = [object.mesh, other].map(|mesh| root(&mut parents, mesh));
+            parents[a.max(b)] = a.min(b);
+        }
+        let mut boxes: Vec<Box> = meshes.iter().map(bounds).collect();
+        for mesh in 0..meshes.len() {
+            let root = root(&mut parents, mesh);
+            boxes[root] = union(boxes[root], boxes[mesh]);
+        }
+        let grid = |mesh| Self::around(boxes[root(&mut parents, mesh)]);
+        (0..meshes.len()).map(grid).collect()
     }
-    DAffine3 {
-        matrix3: DMat3::from_diagonal(DVec3::splat(step * f64::from(u16::MAX))),
-        translation: corner,
+
+    fn around((min, max): Box) -> Self {
+        let longest = (max - min).max_element();
+        if longest > 0.0 {
+            // One less than the largest number: the corner may lie up to a step below the smallest position.
+            let step = (longest / f64::from(u16::MAX - 1)).log2().ceil().exp2();
+            let corner = (min / step).floor() * step;
+            Self { step, corner }
+        } else {
+            let corner = min;
+            Self { step: 1.0, corner }
+        }
     }
+
+    /// Moves a mesh's positions to the grid and into the unit cube, as [`dequantize`] decodes them. Positions are
+    /// finite and in the box that the grid was made for.
+    pub fn quantize(&self, mesh: &mut SourceMesh) {
+        for position in &mut mesh.positions {
+            let place = (wide(position) - self.corner) / self.step;
+            let [x, y, z] = place.to_array().map(|lane| lane.round() as u16);
+            *position = dequantize([x, y, z, 0]);
+        }
+    }
+
+    /// Takes the unit cube to object space.
+    pub fn object_from_cube(&self) -> DAffine3 {
+        DAffine3 {
+            matrix3: DMat3::from_diagonal(DVec3::splat(self.step * f64::from(u16::MAX))),
+            translation: self.corner,
+        }
+    }
+}
+
+/// The root of a mesh's tree. Halves the path to it, so that long paths are walked once.
+fn root(parents: &mut [usize], mut mesh: usize) -> usize {
+    while parents[mesh] != mesh {
+        parents[mesh] = parents[parents[mesh]];
+        mesh = parents[mesh];
+    }
+    mesh
+}
+
+fn wide(position: &[f32; 3]) -> DVec3 {
+    DVec3::from(position.map(f64::from))
+}
+
+fn bounds(mesh: &SourceMesh) -> Box {
+    let nothing = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let positions = mesh.positions.iter().map(wide);
+    positions.fold(nothing, |all, position| union(all, (position, position)))
+}
+
+fn union(a: Box, b: Box) -> Box {
+    (a.0.min(b.0), a.1.max(b.1))
 }
 
 /// The stored form of a position in the unit cube that [`quantize`] made.
@@ -52,7 +115,9 @@ mod tests {
             positions: positions.to_vec(),
             ..Default::default()
         };
-        let object_from_cube = quantize(&mut mesh);
+        let grid = Grid::around(bounds(&mesh));
+        grid.quantize(&mut mesh);
+        let object_from_cube = grid.object_from_cube();
         let back = |p: &[f32; 3]| object_from_cube.transform_point3(DVec3::from(p.map(f64::from)));
         let back = mesh.positions.iter().map(back).collect();
         (mesh.positions, back)
@@ -73,6 +138,35 @@ mod tests {
             back[0],
             DVec3::new(f64::from(3.3_f32), f64::from(-1e30_f32), 0.0)
         );
+    }
+
+    #[test]
+    fn meshes_under_one_node_share_a_grid() {
+        let mesh = |x: f32| SourceMesh {
+            positions: vec![[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0]],
+            ..Default::default()
+        };
+        let object = |(mesh, file, node)| SourceObject {
+            mesh,
+            world_from_object: DAffine3::IDENTITY,
+            base_color: [1.0; 4],
+            alpha: Default::default(),
+            double_sided: false,
+            name: String::new(),
+            file,
+            node,
+            primitive: 0,
+        };
+        // Meshes 0 and 1 share node 0, and 1 and 2 node 5. Node 0 of another file is another node.
+        let objects = [(2, 0, 5), (0, 0, 0), (1, 0, 0), (1, 0, 5), (3, 1, 0)].map(object);
+        let meshes = [0.0, 10.0, 100.0, 0.0].map(mesh);
+        let grids = Grid::of_meshes(&meshes, &objects);
+        assert_eq!(
+            grids[0],
+            Grid::around((DVec3::ZERO, DVec3::new(101.0, 0.0, 0.0)))
+        );
+        assert!(grids[0] == grids[1] && grids[0] == grids[2]);
+        assert_eq!(grids[3], Grid::around((DVec3::ZERO, DVec3::X)));
     }
 
     #[test]

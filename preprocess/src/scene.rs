@@ -13,16 +13,47 @@ pub struct SourceScene {
     pub files: Vec<SourceFile>,
     /// The files those refer to, in the order they were looked for.
     pub referenced_files: Vec<ReferencedFile>,
+    /// Files that the inputs name and that need not have been read, such as images.
+    pub unread_files: Vec<PathBuf>,
     /// The scene that was asked for, where a file has several.
     pub choice: Option<String>,
     /// Meshes; several objects may share one.
     pub meshes: Vec<SourceMesh>,
+    /// For each mesh how far the importer moved a vertex from where the file has it, in object space: it rounds
+    /// coordinates to f32. Meshes behind the end of the list were not moved.
+    pub position_errors: Vec<f64>,
     /// Objects in source order: file by file, node by node (depth first), primitive by primitive.
     pub objects: Vec<SourceObject>,
+    /// The library that read each of the files.
+    pub loaders: Vec<&'static str>,
+    /// Names of materials, and which one each object has.
+    pub materials: Materials,
     /// Cameras of the source.
     pub cameras: Vec<SourceCamera>,
     /// What was left out or read differently from what the file says; shown to the user.
     pub warnings: Vec<String>,
+}
+
+/// Names of materials, and which one each object has. They are for people: what a material looks like is in the object.
+#[derive(Clone, Debug, Default)]
+pub struct Materials {
+    /// Of all files, one after the other.
+    pub names: Vec<String>,
+    /// For each object a number of a name, or [`NONE`](Self::NONE). Objects behind the end of the list have none.
+    pub of_object: Vec<u32>,
+}
+
+impl Materials {
+    /// The number of no material.
+    pub const NONE: u32 = u32::MAX;
+
+    /// Notes the material of an object.
+    pub fn set(&mut self, object: usize, material: u32) {
+        if self.of_object.len() <= object {
+            self.of_object.resize(object + 1, Self::NONE);
+        }
+        self.of_object[object] = material;
+    }
 }
 
 /// One input file.
@@ -103,7 +134,8 @@ pub struct SourceObject {
     pub file: usize,
     /// glTF node index, or the running number of the OBJ group.
     pub node: usize,
-    /// Primitive within the glTF mesh; 0 for OBJ.
+    /// Primitive within the glTF mesh, or number of the material within the OBJ group. Objects of one file and node
+    /// are parts of one thing: they share the grid of 16-bit positions.
     pub primitive: usize,
 }
 

@@ -2,6 +2,7 @@
 //! that spans half of the scene is visible as a whole if any of it is (Guthe, Balazs, Klein 2006, subdivide for
 //! that reason).
 
+use crate::degenerate::gather;
 use crate::optimize::{self, MeshError};
 use crate::scene::{SourceMesh, SourceScene};
 use glam::Vec3;
@@ -32,7 +33,20 @@ pub fn subdivide(scene: &mut SourceScene, max_triangles: usize) -> Result<(), (u
         *end += parts.len();
         Some(*end)
     }));
+    let errors = std::mem::take(&mut scene.position_errors);
+    let of_parts = errors.iter().zip(&cut);
+    scene.position_errors = of_parts
+        .flat_map(|(&error, parts)| parts.iter().map(move |_| error))
+        .collect();
     scene.meshes = cut.into_iter().flatten().collect();
+    let materials = std::mem::take(&mut scene.materials.of_object);
+    let of_parts = materials.iter().zip(&scene.objects);
+    scene.materials.of_object = of_parts
+        .flat_map(|(&material, object)| {
+            let parts = first[object.mesh]..first[object.mesh + 1];
+            parts.map(move |_| material)
+        })
+        .collect();
     let objects = std::mem::take(&mut scene.objects);
     scene.objects = objects
         .into_iter()
@@ -132,17 +146,6 @@ fn part(mesh: &SourceMesh, triangles: &[Triangle], renumbered: &mut [u32]) -> So
         uvs: gather(&mesh.uvs, &used),
         indices,
     }
-}
-
-/// The attributes of some vertices; none of a mesh without the attribute.
-fn gather<T: Copy>(attributes: &[T], vertices: &[u32]) -> Vec<T> {
-    if attributes.is_empty() {
-        return Vec::new();
-    }
-    vertices
-        .iter()
-        .map(|&vertex| attributes[vertex as usize])
-        .collect()
 }
 
 #[cfg(test)]

@@ -359,3 +359,182 @@ fn faults_of_the_source_are_errors() {
     let spread = fault(|source| source.objects[4].world_from_object.translation.x = 1e300);
     assert!(spread.contains("too large"), "{spread}");
 }
+
+/// A square of `size` x `size` quads with a hill on it, as one mesh.
+fn terrain(size: u32) -> SourceMesh {
+    let height = |x: u32, z: u32| (x as f32 * 0.37).sin() * (z as f32 * 0.53).cos() * 3.1;
+    let side = size + 1;
+    let quads = (0..size).flat_map(|z| (0..size).map(move |x| z * side + x));
+    SourceMesh {
+        positions: (0..side)
+            .flat_map(|z| (0..side).map(move |x| (x, z)))
+            .map(|(x, z)| [x as f32 * 1.013, height(x, z), z as f32 * 0.977])
+            .collect(),
+        indices: quads
+            .flat_map(|v| [v, v + side, v + 1, v + 1, v + side, v + side + 1])
+            .collect(),
+        ..Default::default()
+    }
+}
+
+/// Each vertex of each object in world, as the bits of its coordinates.
+fn world_points(baked: &Scene) -> Vec<Vec<[u64; 3]>> {
+    let object = |object: &hroc_format::Object| {
+        let mesh = baked.meshes[object.mesh as usize];
+        let first = mesh.first_vertex as usize;
+        let points = &baked.quantized_positions[first..first + mesh.vertex_count as usize];
+        let rows = object.world_from_object.map(|row| row.map(f64::from));
+        let world = |stored: &[u16; 4]| {
+            let p = hroc_format::dequantize(*stored).map(f64::from);
+            rows.map(|row| (row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3]).to_bits())
+        };
+        points.iter().map(world).collect()
+    };
+    baked.objects.iter().map(object).collect()
+}
+
+#[test]
+fn quantized_parts_of_one_mesh_stay_watertight() {
+    // Parts made by `--split-objects`, and primitives that the source has already.
+    let mut source = scene(1, DVec3::new(1e4, -3.3, 7.7));
+    source.meshes = vec![terrain(40)];
+    let turn = DMat3::from_rotation_y(0.3) * 1.7;
+    source.objects[0].world_from_object.matrix3 = turn;
+    let split = BakeOptions {
+        quantize: true,
+        split_objects: std::num::NonZeroU32::new(100),
+        ..Default::default()
+    };
+    let whole = BakeOptions {
+        quantize: true,
+        ..Default::default()
+    };
+    let mut primitives = source.clone();
+    let (first, second) = source.meshes[0].indices.split_at(1200);
+    primitives.meshes[0].indices = first.to_vec();
+    primitives.meshes.push(SourceMesh {
+        positions: source.meshes[0].positions.clone(),
+        indices: second.to_vec(),
+        ..Default::default()
+    });
+    let mut object = primitives.objects[0].clone();
+    (object.mesh, object.primitive) = (1, 1);
+    primitives.objects.push(object);
+    for (source, options) in [
+        (source.clone(), &split),
+        (primitives.clone(), &whole),
+        (primitives, &split),
+    ] {
+        let baked = baked(source.clone(), options);
+        assert!(baked.objects.len() > 1);
+        let mut points: Vec<_> = world_points(&baked).concat();
+        points.sort_unstable();
+        points.dedup();
+        assert_eq!(
+            points.len(),
+            41 * 41,
+            "each vertex is in one place, whichever part it is in"
+        );
+    }
+}
+
+#[test]
+fn triangles_whose_corners_coincide_are_left_out_and_counted() {
+    let mut source = scene(10, DVec3::ZERO);
+    let triangles = |source: &SourceScene| -> usize {
+        source
+            .meshes
+            .iter()
+            .map(|mesh| mesh.indices.len() / 3)
+            .sum()
+    };
+    let before = triangles(&source);
+    // Equal indices, equal positions, and -0 beside 0. A sliver stays.
+    let mesh = &mut source.meshes[1];
+    let count = mesh.positions.len() as u32;
+    mesh.positions
+        .extend([[0.0, 1.0, 2.0], [-0.0, 1.0, 2.0], [1.0; 3], [0.5, 1.0, 1.5]]);
+    mesh.normals.extend([[0.0, 0.0, 1.0]; 4]);
+    mesh.uvs.extend([[0.0; 2]; 4]);
+    mesh.indices.extend([0, 0, 1, 0, 1, 1, 2, 0, 2]);
+    mesh.indices.extend([count, count + 1, 0]);
+    mesh.indices.extend([count, count + 2, count + 3]);
+    // A mesh of nothing else, which objects 0 and 5 draw, and a stray vertex.
+    source.meshes[0].indices = vec![0, 0, 1, 2, 2, 2];
+    source.meshes[3].positions.push([1e30; 3]);
+    source.meshes[3].normals.push([0.0, 0.0, 1.0]);
+    source.meshes[3].uvs.push([0.0; 2]);
+    for (optimize, quantize) in [(true, false), (false, false), (true, true), (false, true)] {
+        let options = BakeOptions {
+            optimize,
+            quantize,
+            ..Default::default()
+        };
+        let (baked, report) = bake(source.clone(), &options, &Silent).unwrap();
+        let bytes = to_bytes(&baked).unwrap();
+        BakedScene::from_aligned(bytes, Check::Everything).unwrap();
+        assert_eq!(
+            (report.coincident_triangles, report.sliver_triangles),
+            (6, 1)
+        );
+        // The first mesh had one triangle; the second gains a sliver.
+        assert_eq!(report.stored_triangles, before - 1 + 1);
+        assert_eq!((report.empty_objects, report.objects), (2, 8));
+        assert_eq!(report.warnings.len(), 3, "{:?}", report.warnings);
+        let nodes: Vec<u32> = baked
+            .object_sources
+            .iter()
+            .map(|source| source.node)
+            .collect();
+        assert_eq!(
+            nodes,
+            [1, 2, 3, 4, 6, 7, 8, 9],
+            "ids are dense and in order"
+        );
+        assert!(
+            baked
+                .meshes
+                .iter()
+                .all(|mesh| mesh.index_count > 0 && mesh.max[0] < 10.0)
+        );
+    }
+    for mesh in &mut source.meshes {
+        mesh.indices = vec![0, 0, 0];
+    }
+    let (baked, report) = bake(source, &BakeOptions::default(), &Silent).unwrap();
+    assert!(baked.objects.is_empty() && baked.meshes.is_empty() && report.empty_objects == 10);
+}
+
+#[test]
+fn triangles_that_the_grid_of_positions_closes_are_left_out() {
+    let mut source = scene(1, DVec3::ZERO);
+    source.meshes = vec![SourceMesh {
+        positions: vec![
+            [0.0; 3],
+            [1000.0, 0.0, 0.0],
+            [0.0, 1000.0, 0.0],
+            [1e-3, 0.0, 0.0],
+        ],
+        indices: vec![0, 1, 2, 0, 3, 2],
+        ..Default::default()
+    }];
+    let options = |quantize| BakeOptions {
+        quantize,
+        ..Default::default()
+    };
+    let report = |quantize| bake(source.clone(), &options(quantize), &Silent).unwrap().1;
+    assert_eq!(
+        (
+            report(false).coincident_triangles,
+            report(false).stored_triangles
+        ),
+        (0, 2)
+    );
+    assert_eq!(
+        (
+            report(true).coincident_triangles,
+            report(true).stored_triangles
+        ),
+        (1, 1)
+    );
+}

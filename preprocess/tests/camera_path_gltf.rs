@@ -87,7 +87,7 @@ impl File {
         root["buffers"] = json!([{ "uri": "film.bin", "byteLength": self.bin.len().max(1) }]);
         let file = folder.path().join("film.gltf");
         std::fs::write(&file, root.to_string()).unwrap();
-        camera_path(&file, choice)
+        camera_path(&file, choice).map(|camera| camera.path)
     }
 
     fn path(&self) -> CameraPath {
@@ -120,6 +120,39 @@ fn a_camera_at_rest_has_one_key() {
     assert_eq!((path.near(), path.far()), (0.25, None));
     assert_eq!(path.keys()[0].fov_y_rad, Some(f64::from(0.8_f32)));
     assert_eq!(position(&path, 3.0), DVec3::new(10.0, 2.0, 0.0));
+}
+
+#[test]
+fn the_way_is_that_of_the_camera_in_the_baked_scene() {
+    let mut file = File::new();
+    file.channel(
+        1,
+        "translation",
+        "LINEAR",
+        &[0.0, 1.0],
+        &[0.0, 2.0, 0.0, 4.0, 2.0, 0.0],
+    );
+    // The scene is moved; the center is in the axes of the globe.
+    file.root["extensions"] = json!({ "CESIUM_RTC": { "center": [4e6, 3.0, 5e6] } });
+    let start = DVec3::new(4e6 + 10.0, 5e6 + 2.0, -3.0);
+    assert_eq!(position(&file.path(), 0.0), start);
+    assert_eq!(position(&file.path(), 1.0), start + 4.0 * DVec3::X);
+    // Integers of animations too may be written as floats, and a byte-order mark may come first.
+    for (plain, float) in [
+        ("\"node\":1", "\"node\":1.0"),
+        ("\"input\":0", "\"input\":0e0"),
+    ] {
+        let text = file.root.to_string();
+        assert!(text.contains(plain), "{text}");
+        file.root = serde_json::from_str(&text.replace(plain, float)).unwrap();
+    }
+    assert_eq!(position(&file.path(), 1.0), start + 4.0 * DVec3::X);
+    // A parent outside the scene moves nothing.
+    file.root["scenes"][0]["nodes"] = json!([1]);
+    assert_eq!(position(&file.path(), 0.0), start - 10.0 * DVec3::X);
+    let json = format!("\u{feff}{}", file.path().to_json());
+    let path = CameraPath::parse(json.as_bytes(), "film.path.json".as_ref()).unwrap();
+    assert_eq!(position(&path, 0.0), start - 10.0 * DVec3::X);
 }
 
 #[test]
@@ -395,8 +428,8 @@ fn files_of_others_have_a_path_or_say_why_not() {
     let mut found = 0;
     for file in files {
         match camera_path(&folder.join(file), CameraChoice::default()) {
-            Ok(path) => {
-                assert!(path.pose_at(0.0).position.is_finite(), "{file}");
+            Ok(camera) => {
+                assert!(camera.path.pose_at(0.0).position.is_finite(), "{file}");
                 found += 1;
             }
             Err(error) => {

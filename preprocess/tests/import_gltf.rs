@@ -507,19 +507,103 @@ fn hidden_nodes_hide_their_children_and_are_counted() {
 
 #[test]
 fn cycles_and_shared_children_are_refused() {
-    for nodes in [
-        json!([{ "children": [1] }, { "children": [0] }]),
-        json!([{ "children": [0] }]),
-        json!([{ "children": [1, 2] }, { "children": [2] }, {}]),
-        json!([{ "children": [1, 1] }, {}]),
+    for (nodes, why) in [
+        (
+            json!([{ "children": [1] }, { "children": [0] }]),
+            "node 0: is its own ancestor",
+        ),
+        (json!([{ "children": [0] }]), "node 0: is its own ancestor"),
+        (
+            json!([{ "children": [1] }, { "children": [2] }, { "children": [1] }]),
+            "node 1: is its own ancestor",
+        ),
+        (
+            json!([{ "children": [1, 2] }, { "children": [2] }, {}]),
+            "node 2: is a child of node 1 and a child of node 0, but",
+        ),
     ] {
         let mut file = File::triangle();
         file.root["nodes"] = nodes;
-        assert_names(
-            &file.error(),
-            &["scene.glb", "node ", "is reached twice", "; "],
-        );
+        assert_names(&file.error(), &["scene.glb", why, "; "]);
     }
+    // A cycle beside the scene is nobody's business; one that the scene lists is.
+    let mut file = File::triangle();
+    file.root["nodes"] = json!([{ "mesh": 0 }, { "children": [2] }, { "children": [1] }]);
+    assert_eq!(counts(&file.scene()), (1, 1));
+    file.root["scenes"][0]["nodes"] = json!([0, 2]);
+    assert_names(&file.error(), &["node 2: is its own ancestor"]);
+}
+
+#[test]
+fn a_node_that_is_listed_again_is_drawn_once_in_its_place() {
+    let mut file = File::triangle();
+    file.root["nodes"] = json!([
+        { "mesh": 0, "translation": [1.0, 0.0, 0.0], "children": [1, 2] },
+        { "mesh": 0, "translation": [2.0, 0.0, 0.0] },
+        { "mesh": 0, "translation": [4.0, 0.0, 0.0], "children": [3] },
+        { "mesh": 0, "translation": [8.0, 0.0, 0.0] },
+    ]);
+    let places = |scene: &SourceScene| {
+        let place = |object: &hroc_preprocess::scene::SourceObject| {
+            (object.node, object.world_from_object.translation.x)
+        };
+        scene.objects.iter().map(place).collect::<Vec<_>>()
+    };
+    let expected = [(0, 1.0), (1, 3.0), (2, 5.0), (3, 13.0)];
+    for (roots, again) in [
+        (json!([0]), 0),
+        (json!([0, 1, 2, 3]), 3),
+        (json!([3, 2, 1, 0]), 3),
+        (json!([0, 0]), 1),
+        (json!([0, 3, 0, 3]), 3),
+    ] {
+        file.root["scenes"][0]["nodes"] = roots.clone();
+        let scene = file.scene();
+        assert_eq!(places(&scene), expected, "{roots}");
+        match again {
+            0 => assert!(scene.warnings.is_empty()),
+            _ => assert_names(&scene.warnings[0], &["listed twice", &format!(": {again}")]),
+        }
+    }
+    file.root["scenes"][0]["nodes"] = json!([0]);
+    file.root["nodes"][0]["children"] = json!([1, 1, 2]);
+    let scene = file.scene();
+    assert_eq!(places(&scene), expected);
+    assert_names(&scene.warnings[0], &["listed twice", ": 1"]);
+
+    // A root below a node outside the scene stands alone, which is told.
+    file.root["scenes"][0]["nodes"] = json!([2]);
+    let scene = file.scene();
+    assert_eq!(places(&scene), [(2, 4.0), (3, 12.0)]);
+    assert_names(&scene.warnings[0], &["below nodes outside it", ": 1"]);
+}
+
+#[test]
+fn a_relative_center_is_exact_and_in_the_axes_of_the_file() {
+    let mut file = File::triangle();
+    file.root["nodes"] = json!([
+        { "mesh": 0, "translation": [0.125, 0.25, 0.5], "children": [1] },
+        { "camera": 0 },
+    ]);
+    file.root["cameras"] =
+        json!([{ "type": "perspective", "perspective": { "yfov": 1.0, "znear": 0.5 } }]);
+    file.root["extensionsUsed"] = json!(["CESIUM_RTC"]);
+    // In the axes of the globe, where z points up; glTF's y is its z, glTF's z its -y.
+    file.root["extensions"] =
+        json!({ "CESIUM_RTC": { "center": [4000000.001, 600000.002, 4900000.003] } });
+    let place = DVec3::new(4000000.001 + 0.125, 4900000.003 + 0.25, -600000.002 + 0.5);
+    for required in [json!([]), json!(["CESIUM_RTC"])] {
+        file.root["extensionsRequired"] = required;
+        let scene = file.scene();
+        assert_eq!(scene.objects[0].world_from_object.translation, place);
+        assert_eq!(scene.cameras[0].position, place);
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    }
+    file.root["extensions"]["CESIUM_RTC"] = json!({ "center": [1, 2] });
+    assert_names(&file.error(), &["scene.glb: CESIUM_RTC: "]);
+    file.root["extensions"]["CESIUM_RTC"] = json!({ "center": [1e308, 0, 0] });
+    file.root["nodes"][0]["translation"] = json!([1e308, 0, 0]);
+    assert_names(&file.error(), &["not finite"]);
 }
 
 #[test]
@@ -677,7 +761,7 @@ fn required_extensions_are_known_harmless_or_refused() {
     let scene = file.scene();
     assert_eq!(scene.warnings.len(), 3);
     assert_names(
-        &scene.warnings[0],
+        &scene.warnings[2],
         &["scene.glb", "KHR_texture_basisu", "ignored"],
     );
     file.root["extensionsRequired"] = json!(["ACME_curved_space"]);
@@ -686,6 +770,202 @@ fn required_extensions_are_known_harmless_or_refused() {
         file.import().unwrap_err().kind,
         ImportErrorKind::Unsupported
     );
+}
+
+#[test]
+fn used_extensions_that_may_move_or_add_geometry_are_told() {
+    let mut file = File::triangle();
+    let warnings = |names: &[&str], file: &mut File| {
+        file.root["extensionsUsed"] = json!(names);
+        file.scene().warnings
+    };
+    let harmless = [
+        "KHR_materials_clearcoat",
+        "EXT_texture_webp",
+        "KHR_mesh_quantization",
+    ];
+    assert_eq!(warnings(&harmless, &mut file), [""; 0]);
+    for (name, parts) in [
+        ("MSFT_lod", ["MSFT_lod", "most detailed level"]),
+        ("AGI_articulations", ["AGI_articulations", "articulation"]),
+        ("ACME_curve", ["ACME_curve", "not known"]),
+    ] {
+        let warnings = warnings(&[name], &mut file);
+        assert_eq!(warnings.len(), 1, "{warnings:?}");
+        assert_names(&warnings[0], &parts);
+    }
+    // The file may forget to list what it has.
+    file.root["extensions"] = json!({ "ACME_hills": {} });
+    let warnings = warnings(&["ACME_curve", "ACME_hills"], &mut file);
+    assert_eq!(warnings.len(), 2);
+    file.root["extensionsUsed"] = json!([]);
+    assert_names(&file.scene().warnings[0], &["ACME_hills"]);
+}
+
+#[test]
+fn surfaces_that_let_light_through_are_blended() {
+    let look = |material: Value| {
+        let mut file = File::triangle();
+        file.root["meshes"][0]["primitives"][0]["material"] = json!(0);
+        file.root["materials"] = json!([material]);
+        let scene = file.scene();
+        assert!(scene.warnings.is_empty());
+        let object = &scene.objects[0];
+        (object.alpha, object.base_color[3])
+    };
+    let one = |name: &str, content: Value| look(json!({ "extensions": { name: content } }));
+    for (name, factor, texture) in [
+        (
+            "KHR_materials_transmission",
+            "transmissionFactor",
+            "transmissionTexture",
+        ),
+        (
+            "KHR_materials_diffuse_transmission",
+            "diffuseTransmissionFactor",
+            "diffuseTransmissionTexture",
+        ),
+        (
+            "ADOBE_materials_thin_transparency",
+            "transmissionFactor",
+            "transmissionTexture",
+        ),
+        (
+            "KHR_materials_translucency",
+            "translucencyFactor",
+            "translucencyTexture",
+        ),
+    ] {
+        assert_eq!(
+            one(name, json!({ factor: 1.0 })),
+            (AlphaMode::Blended, 0.25)
+        );
+        assert_eq!(one(name, json!({ factor: 1 })), (AlphaMode::Blended, 0.25));
+        assert_eq!(
+            one(name, json!({ factor: 0.5 })),
+            (AlphaMode::Blended, 0.625)
+        );
+        assert_eq!(
+            one(name, json!({ factor: 9e9 })),
+            (AlphaMode::Blended, 0.25)
+        );
+        let textured = json!({ factor: 0.001, texture: { "index": 0 } });
+        assert_eq!(one(name, textured).0, AlphaMode::Blended);
+        let textured = json!({ texture: { "index": 0 } });
+        assert_eq!(one(name, textured), (AlphaMode::Blended, 1.0));
+        assert_eq!(one(name, json!({ factor: 0.0 })), (AlphaMode::Opaque, 1.0));
+        assert_eq!(one(name, json!({})), (AlphaMode::Opaque, 1.0));
+    }
+    // What happens to light inside or at a surface lets none through.
+    for name in [
+        "volume",
+        "ior",
+        "dispersion",
+        "specular",
+        "clearcoat",
+        "iridescence",
+    ] {
+        let content = json!({ "thicknessFactor": 1.0, "iridescenceFactor": 1.0 });
+        let name = format!("KHR_materials_{name}");
+        assert_eq!(one(&name, content).0, AlphaMode::Opaque);
+    }
+    let glass = json!({ "KHR_materials_transmission": { "transmissionFactor": 1.0 } });
+    for (mode, alpha) in [("MASK", 0.125), ("BLEND", 0.125), ("OPAQUE", 0.25)] {
+        let material = json!({ "alphaMode": mode, "extensions": glass,
+            "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 0.5] } });
+        assert_eq!(look(material), (AlphaMode::Blended, alpha), "{mode}");
+    }
+}
+
+#[test]
+fn integers_may_be_written_as_floats_everywhere() {
+    /// Writes every integer of the JSON as a float.
+    fn floats(value: &mut Value) {
+        match value {
+            Value::Number(number) => *value = json!(number.as_f64().unwrap()),
+            Value::Array(values) => values.iter_mut().for_each(floats),
+            Value::Object(members) => members.values_mut().for_each(floats),
+            _ => {}
+        }
+    }
+    let mut file = File::triangle();
+    let indices = file.indices(&[0, 1, 2]);
+    let translation = file.floats("VEC3", &[1.0, 0.0, 0.0, 2.0, 0.0, 0.0]);
+    let positions: [[f32; 4]; 3] = [[0.0; 4], [5.0, 0.0, 0.0, 0.0], [0.0, 5.0, 0.0, 0.0]];
+    let packed = meshopt::encode_vertex_buffer(&positions).unwrap();
+    let offset = file.bin.len();
+    let view = file.view(&packed);
+    file.root["bufferViews"][view] = json!({ "buffer": 0, "byteLength": 48, "byteStride": 16, "extensions": {
+        "EXT_meshopt_compression": { "buffer": 0, "byteOffset": offset, "byteLength": packed.len(),
+            "byteStride": 16, "count": 3, "mode": "ATTRIBUTES" } } });
+    let position = file.push(
+        "accessors",
+        json!({ "bufferView": view, "componentType": FLOAT, "type": "VEC3", "count": 3 }),
+    );
+    file.primitive(
+        json!({ "attributes": { "POSITION": position }, "indices": indices, "mode": 4 }),
+    );
+    file.root["nodes"] = json!([
+        { "mesh": 0, "children": [1], "scale": [1, 1, 3], "extensions": { "EXT_mesh_gpu_instancing":
+            { "attributes": { "TRANSLATION": translation } } } },
+        { "camera": 0, "translation": [1, 2, 3] },
+    ]);
+    file.root["cameras"] =
+        json!([{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.5 } }]);
+    file.root["extras"] = json!({ "big": 1e300, "zero": -0.0 });
+    file.root["buffers"] = json!([{ "byteLength": file.bin.len() }]);
+    let plain = file.scene();
+    let mut twin = File {
+        root: file.root.clone(),
+        bin: file.bin.clone(),
+    };
+    floats(&mut twin.root);
+    assert!(twin.root.to_string().contains("\"mesh\":0.0"));
+    let scene = twin.scene();
+    assert_eq!(counts(&scene), (4, 4));
+    for (a, b) in scene.objects.iter().zip(&plain.objects) {
+        assert_eq!(a.world_from_object, b.world_from_object);
+        assert_eq!(
+            scene.meshes[a.mesh].positions,
+            plain.meshes[b.mesh].positions
+        );
+    }
+    assert_eq!(scene.cameras[0].position, plain.cameras[0].position);
+
+    // What is no integer, or none that a float holds exactly, is refused.
+    for number in ["0.5", "-1.0", "1e300", "9007199254740994.0", "1e-400"] {
+        let json = File::triangle().root.to_string();
+        let json = json.replacen("\"count\":3", &format!("\"count\":{number}"), 1);
+        let result = import_bytes("a.gltf", json.as_bytes());
+        assert!(result.is_err(), "{number}");
+        let json = json!({ "asset": { "version": "2.0" }, "nodes": [{}] }).to_string();
+        let json = json.replace("[{}]", &format!("[{{\"mesh\":{number}}}]"));
+        let error = import_bytes("a.gltf", json.as_bytes());
+        assert!(error.is_err(), "{number}");
+    }
+    let json = br#"{ "asset": { "version": "2.0" }, "scene": 0e0, "scenes": [{ "nodes": [10e-1] }], "nodes": [{}, {}] }"#;
+    import_bytes("a.gltf", json).unwrap();
+}
+
+#[test]
+fn a_byte_order_mark_is_skipped_in_both_containers() {
+    let bom = b"\xEF\xBB\xBF".as_slice();
+    let json = json!({ "asset": { "version": "2.0" } }).to_string();
+    let gltf = [bom, json.as_bytes()].concat();
+    import_bytes("a.gltf", &gltf).unwrap();
+
+    let mut json = [bom, json.as_bytes()].concat();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let length = |length: usize| (length as u32).to_le_bytes();
+    let glb = [
+        b"glTF\x02\0\0\0".as_slice(),
+        &length(20 + json.len()),
+        &length(json.len()),
+        b"JSON",
+        &json,
+    ]
+    .concat();
+    import_bytes("a.glb", &glb).unwrap();
 }
 
 #[test]
@@ -754,6 +1034,76 @@ fn skinned_meshes_stand_where_their_joints_are() {
 }
 
 #[test]
+fn instances_of_a_skinned_mesh_are_drawn_and_told() {
+    let mut file = File::triangle();
+    let joints = file.accessor(UNSIGNED_BYTE, "VEC4", 3, &[0; 12]);
+    let weights = file.floats("VEC4", &[1.0, 0.0, 0.0, 0.0].repeat(3));
+    let translation = file.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 0.0, 3.0]);
+    let attributes = &mut file.root["meshes"][0]["primitives"][0]["attributes"];
+    attributes["JOINTS_0"] = json!(joints);
+    attributes["WEIGHTS_0"] = json!(weights);
+    file.root["skins"] = json!([{ "joints": [1] }]);
+    file.root["scenes"][0]["nodes"] = json!([0, 1]);
+    // The joint is far away: its place must not cost the vertices their precision.
+    let turn = [0.0, FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2];
+    let instancing =
+        json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": translation } } });
+    file.root["nodes"] = json!([
+        { "name": "soldier", "mesh": 0, "skin": 0, "rotation": turn, "extensions": instancing },
+        { "translation": [6e6, 0.0, 1.0] },
+    ]);
+    let corner = |scene: &SourceScene, object: usize| {
+        let object = &scene.objects[object];
+        let position = scene.meshes[object.mesh].positions[1].map(f64::from);
+        object.world_from_object.transform_point3(position.into())
+    };
+    let scene = file.scene();
+    assert_eq!(counts(&scene), (2, 2));
+    assert_eq!(scene.objects[1].name, "soldier[1]");
+    assert_names(
+        &scene.warnings[1],
+        &["skinned nodes", "EXT_mesh_gpu_instancing", ": 1"],
+    );
+    // The node turns z to x, so that is where the second instance goes.
+    for (object, x) in [(0, 6e6 + 1.0), (1, 6e6 + 4.0)] {
+        let found = corner(&scene, object);
+        let expected = DVec3::new(x, 0.0, 1.0);
+        assert!(found.abs_diff_eq(expected, 1e-8), "{found}");
+    }
+
+    file.root["nodes"][0]["scale"] = json!([0.0, 1.0, 1.0]);
+    let scene = file.scene();
+    assert_eq!(counts(&scene), (1, 1));
+    assert_eq!(corner(&scene, 0), DVec3::new(6e6 + 1.0, 0.0, 1.0));
+    assert_names(&scene.warnings[2], &["no inverse", "left out: 1"]);
+}
+
+#[test]
+fn instances_that_lie_nowhere_are_refused() {
+    let mut file = File::triangle();
+    let translation = file.floats("VEC3", &[0.0, 0.0, 0.0, 1e38, 0.0, 0.0]);
+    file.root["nodes"][0]["scale"] = json!([1e300, 1.0, 1.0]);
+    file.root["nodes"][0]["extensions"] =
+        json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": translation } } });
+    assert_names(
+        &file.error(),
+        &["node 0: the transform of instance 1 is not finite"],
+    );
+}
+
+#[test]
+fn instances_may_have_attributes_of_the_application_alone() {
+    let mut file = File::triangle();
+    let id = file.accessor(UNSIGNED_BYTE, "SCALAR", 3, &[0, 1, 2]);
+    file.root["nodes"][0]["extensions"] =
+        json!({ "EXT_mesh_gpu_instancing": { "attributes": { "_ID": id } } });
+    assert_eq!(counts(&file.scene()), (3, 3));
+    file.root["nodes"][0]["extensions"] =
+        json!({ "EXT_mesh_gpu_instancing": { "attributes": {} } });
+    assert_names(&file.error(), &["has no attributes"]);
+}
+
+#[test]
 fn cameras_keep_their_place_and_lens() {
     let mut file = File::triangle();
     file.root["cameras"] = json!([
@@ -816,25 +1166,35 @@ fn buffers_come_from_data_uris_and_from_beside_the_file() {
         assert_eq!(counts(&read(uri).unwrap()), (1, 1), "{uri}");
     }
     let absolute = folder.path().join("secret.bin").display().to_string();
+    let file_url = format!("file://{absolute}");
     let outside = [
-        "../secret.bin",
-        "%2e%2e/secret.bin",
-        "sub/../../secret.bin",
-        &absolute,
-        "http://x.org/a.bin",
-        "",
-        "data:,",
-        "data:;base64,*",
-        "none.bin",
-        "sub",
+        ("../secret.bin", "leads out of the scene's folder"),
+        ("%2e%2e/secret.bin", "leads out of the scene's folder"),
+        ("..\\secret.bin", "cannot read"),
+        ("sub/../../secret.bin", "leads out of the scene's folder"),
+        (
+            "../../../../../../../../x",
+            "leads out of the scene's folder",
+        ),
+        ("../none.bin", "leads out of the scene's folder"),
+        (&absolute, "leads out of the scene's folder"),
+        (&file_url, "leads out of the scene's folder"),
+        ("file://server/c.bin", "another computer"),
+        ("http://x.org/a.bin", "network address"),
+        ("", "not a file name"),
+        ("data:,", "declares 36 bytes"),
+        ("data:;base64,*", "not base64"),
+        ("none.bin", "cannot read \"none.bin\""),
+        ("sub", "not a regular file"),
     ];
-    for uri in outside {
+    for (uri, why) in outside {
         let error = read(uri).unwrap_err().to_string();
         assert_names(
             &error,
             &[
                 "scene.gltf: ",
                 "accessor 0, buffer view 0, buffer 0: ",
+                why,
                 "; ",
             ],
         );
@@ -861,6 +1221,117 @@ fn buffers_come_from_data_uris_and_from_beside_the_file() {
     );
     std::fs::write(scenes.join("a b.bin"), vec![0; 36]).unwrap();
     assert_ne!(before, referenced(read("a b.bin").unwrap()));
+}
+
+#[test]
+fn uris_are_read_as_exporters_write_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = folder.path().canonicalize().unwrap().join("the scenes");
+    std::fs::create_dir_all(scenes.join("models")).unwrap();
+    let path = scenes.join("scene.gltf");
+    // Each file holds a triangle of its own size, so that the one that was read is known.
+    let mut size = 0.0_f32;
+    let mut put = |name: &str| {
+        size += 1.0;
+        let corners = [0.0, 0.0, 0.0, size, 0.0, 0.0, 0.0, size, 0.0];
+        let bytes: Vec<u8> = corners.iter().flat_map(|x: &f32| x.to_le_bytes()).collect();
+        std::fs::write(scenes.join(name), bytes).unwrap();
+        size
+    };
+    let read = |uri: &str| {
+        let mut file = File::triangle();
+        file.root["buffers"] = json!([{ "byteLength": 36, "uri": uri }]);
+        std::fs::write(&path, file.root.to_string()).unwrap();
+        import_path(path.clone())
+    };
+    let size_of = |uri: &str| read(uri).unwrap().meshes[0].positions[1][0];
+    let here = scenes.display().to_string();
+    let encoded = here.replace(' ', "%20");
+
+    // The file on the disk, and the URIs that lead to it.
+    for (name, uris) in [
+        (
+            "box.bin",
+            vec![
+                "box.bin".to_owned(),
+                "./box.bin".into(),
+                "models/../box.bin".into(),
+                "../the%20scenes/box.bin".into(),
+                "box.bin?v=3".into(),
+                "box.bin#part".into(),
+                "%62ox.bin".into(),
+                format!("{here}/box.bin"),
+                format!("file://{encoded}/box.bin"),
+                format!("FILE://localhost{encoded}/box.bin"),
+            ],
+        ),
+        (
+            "models/box.bin",
+            vec![
+                r"models\box.bin".into(),
+                r".\models\box.bin".into(),
+                "models%5Cbox.bin".into(),
+            ],
+        ),
+        (
+            "big cube.bin",
+            vec!["big%20cube.bin".into(), "big cube.bin".into()],
+        ),
+        (
+            "big%20ball.bin",
+            vec!["big%20ball.bin".into(), "big%2520ball.bin".into()],
+        ),
+        (
+            "a+b c.bin",
+            vec![
+                "a+b c.bin".into(),
+                "a+b%20c.bin".into(),
+                "a%2Bb%20c.bin".into(),
+            ],
+        ),
+        (
+            "part#1.bin",
+            vec!["part#1.bin".into(), "part%231.bin".into()],
+        ),
+        ("10%.bin", vec!["10%.bin".into(), "10%25.bin".into()]),
+        (
+            "S\u{fc}d.bin",
+            vec![
+                "S\u{fc}d.bin".into(),
+                "S%C3%BCd.bin".into(),
+                "Su\u{308}d.bin".into(),
+                "Su%CC%88d.bin".into(),
+            ],
+        ),
+        (
+            "Geba\u{308}ude.bin",
+            vec!["Geb\u{e4}ude.bin".into(), "Geb%C3%A4ude.bin".into()],
+        ),
+    ] {
+        let size = put(name);
+        for uri in uris {
+            assert_eq!(size_of(&uri), size, "{uri} for {name}");
+        }
+    }
+
+    // What the standard means comes before what somebody else may mean.
+    let escaped = put("big ball.bin");
+    assert_eq!(size_of("big%20ball.bin"), escaped);
+    if cfg!(unix) {
+        let literal = put(r"models\box.bin");
+        assert_eq!(size_of(r"models\box.bin"), literal);
+    }
+    // Each name that was tried is told: a file that appears under one of them is a change.
+    let scene = read("box.bin?v=3").unwrap();
+    let found = |file: &hroc_preprocess::scene::ReferencedFile| (file.name.clone(), file.hash != 0);
+    let looked_for: Vec<_> = scene.referenced_files.iter().map(found).collect();
+    assert_eq!(
+        looked_for,
+        [("box.bin?v=3".into(), false), ("box.bin".into(), true)]
+    );
+    // Of several names that are not there, the one that the standard means is told.
+    let error = read(r"models%20x\none.bin").unwrap_err().to_string();
+    assert_names(&error, &[r#"cannot read "models x\\none.bin""#]);
 }
 
 #[test]

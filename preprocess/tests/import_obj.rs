@@ -4,6 +4,7 @@ use glam::DVec3;
 use hroc_preprocess::import::{ImportError, ImportOptions, import};
 use hroc_preprocess::progress::Silent;
 use hroc_preprocess::scene::{AlphaMode, SourceScene};
+use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
@@ -51,7 +52,7 @@ fn an_object_is_one_o_one_g_and_one_usemtl() {
         .map(|o| {
             (
                 o.name.as_str(),
-                o.node,
+                (o.node, o.primitive),
                 scene.meshes[o.mesh].indices.len() / 3,
             )
         })
@@ -59,13 +60,13 @@ fn an_object_is_one_o_one_g_and_one_usemtl() {
     assert_eq!(
         found,
         [
-            ("", 0, 1),
-            ("a", 1, 1),
-            ("a/b", 2, 1),
-            ("a/b", 3, 3),
-            ("a/b", 4, 1),
-            ("c", 5, 1),
-            ("c", 6, 1)
+            ("", (0, 0), 1),
+            ("a", (1, 0), 1),
+            ("a/b", (2, 0), 1),
+            ("a/b", (2, 1), 3),
+            ("a/b", (2, 2), 1),
+            ("c", (3, 0), 1),
+            ("c", (4, 0), 1)
         ]
     );
 }
@@ -203,12 +204,13 @@ fn faults_name_their_line() {
         ("f 1 2 99999999999999999999", &["line 5"]),
         ("v 1 2", &["line 5", "position parse error"]),
         ("v 1 2 x", &["line 5", "position parse error"]),
-        (
-            "vn 1 2 \\\n\nvt 1 \\\n2\nv 1",
-            &["line 5", "normal parse error"],
-        ),
         ("vn 1 2 \\\n3\n\nv 1", &["line 8", "position parse error"]),
-        ("v nan 0 0\nf 1 2 5", &["line 6", "not finite"]),
+        (
+            "v nan 0 0\nf 1 2 5",
+            &["line 6", "position 5 of line 5", "not finite"],
+        ),
+        ("v 0 -nan(ind) 0\nf 1 2 5", &["line 6", "not finite"]),
+        ("v 0 0 1.#INF\nf 1 2 5", &["line 6", "not finite"]),
         ("v 1e39 0 0\nf 1 2 5", &["too large for f32"]),
     ] {
         let error = error("a.obj", format!("{QUAD}{statement}\n").as_bytes());
@@ -298,4 +300,343 @@ fn several_files_become_one_scene_in_order() {
         "no folders in names"
     );
     assert_ne!(scene.files[0].hash, scene.files[1].hash);
+}
+
+fn warnings_of(text: &[u8]) -> Vec<String> {
+    let options = ImportOptions {
+        uvs: true,
+        ..Default::default()
+    };
+    import_files(&[("a.obj", text)], &options).unwrap().warnings
+}
+
+#[test]
+fn a_byte_order_mark_and_any_line_end_change_nothing() {
+    let text = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\no first\nusemtl red\nf 1 2 3\no second\nf 3 2 1\n";
+    let library = "newmtl red\nKd 1 0 0\n";
+    for end in ["\n", "\r", "\r\n"] {
+        for bom in ["", "\u{FEFF}"] {
+            let [text, library] = [text, library].map(|t| format!("{bom}{}", t.replace('\n', end)));
+            let files = [("a.obj", text.as_bytes()), ("m.mtl", library.as_bytes())];
+            let scene = import_files(&files, &ImportOptions::default()).unwrap();
+            let names: Vec<_> = scene.objects.iter().map(|o| o.name.as_str()).collect();
+            assert_eq!(names, ["first", "second"], "{end:?} {bom:?}");
+            assert_eq!(scene.objects[0].base_color, [1.0, 0.0, 0.0, 1.0]);
+            assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+            // Content decides, whatever the name is.
+            let files = [("a.txt", text.as_bytes()), ("m.mtl", library.as_bytes())];
+            assert!(import_files(&files, &ImportOptions::default()).is_ok());
+        }
+    }
+    let error = error(
+        "a.obj",
+        format!("{QUAD}v 1 2\n").replace('\n', "\r\n").as_bytes(),
+    );
+    assert!(error.contains("line 5"), "{error}");
+    let error = self::error(
+        "a.obj",
+        format!("{QUAD}v 1 2\n").replace('\n', "\r").as_bytes(),
+    );
+    assert!(error.contains("line 5"), "{error}");
+}
+
+#[test]
+fn a_comment_is_never_continued() {
+    for comment in ["# D:\\plant\\", "  # D:\\", "v 9 9 9 # D:\\", "#\\"] {
+        let scene = obj(&format!("{QUAD}{comment}\nf 1 2 3\nf 1 3 4\n"));
+        assert_eq!(scene.meshes[0].indices.len(), 6, "{comment}");
+    }
+    // A name may hold the sign.
+    let scene = obj(&format!("{QUAD}o wall #3 \\\nnorth\nf 1 2 3\n"));
+    assert_eq!(scene.objects[0].name, "wall #3 north");
+}
+
+#[test]
+fn a_file_without_any_statement_is_refused() {
+    for text in [
+        "# nothing\n",
+        "hello world\n",
+        "\u{FEFF}",
+        "V 0 0 0\rF 1 2 3\r",
+    ] {
+        let error = error("a.obj", text.as_bytes());
+        assert!(error.contains("holds no OBJ statement"), "{error}");
+    }
+    assert_eq!(obj("v 0 0 0\n").warnings, ["the scene has no triangles"]);
+}
+
+#[test]
+fn a_bad_normal_or_texture_coordinate_costs_that_attribute_only() {
+    let bad = [
+        "-nan(ind) -nan(ind) -nan(ind)",
+        "1.#QNAN 0 1",
+        "0 1.#INF 0",
+        "nan 0 0",
+        "inf 0 0",
+        "1e999 0 0",
+        "1",
+        "",
+        "0,5 1 0",
+        "\u{FFFD} 0 0",
+    ];
+    for numbers in bad {
+        let faces = "f 1/1/1 2/2/2 3/1/1\no good\nf 1/1/1 2/1/1 3/1/1\n";
+        let text = format!("{QUAD}vn 0 0 1\nvn {numbers}\nvt 0 1\nvt 1 2\no bad\n{faces}");
+        let scene = obj(&text);
+        assert!(scene.meshes[0].normals.is_empty() && !scene.meshes[1].normals.is_empty());
+        assert!(!scene.meshes[0].uvs.is_empty());
+        let counted = "a.obj: normals that are not three numbers; objects that use them get computed normals: 1";
+        assert_eq!(scene.warnings[0], counted, "{numbers}");
+        if numbers == "1" {
+            continue;
+        }
+        let text = format!("{QUAD}vn 0 0 1\nvn 0 0 1\nvt 0 1\nvt {numbers}\no bad\n{faces}");
+        let scene = obj(&text);
+        assert!(scene.meshes[0].uvs.is_empty());
+        assert!(!scene.meshes[1].uvs.is_empty() && !scene.meshes[0].normals.is_empty());
+        assert!(scene.warnings[0].starts_with("a.obj: texture coordinates that are not numbers"));
+    }
+    // Attributes that nobody wants are not looked at.
+    let text = format!("{QUAD}vn nan 0 0\nvt x\nf 1/1/1 2/1/1 3/1/1\n");
+    let options = ImportOptions {
+        normals: false,
+        ..Default::default()
+    };
+    let scene = import_files(&[("a.obj", text.as_bytes())], &options).unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+}
+
+#[test]
+fn an_o_line_begins_an_object_whatever_its_name() {
+    let chairs: String = (0..400)
+        .map(|i| format!("o chair\nv {i} 0 0\nv {i} 1 0\nv {i} 1 .5\nf -3 -2 -1\n"))
+        .collect();
+    let scene = obj(&chairs);
+    assert_eq!(scene.objects.len(), 400);
+    assert!(scene.objects.iter().all(|object| object.name == "chair"));
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    // The materials of one object are its primitives, also where the names come again.
+    let scene = obj(&format!(
+        "{QUAD}o a\nusemtl x\nf 1 2 3\nusemtl y\nf 1 2 3\nusemtl x\nf 1 2 4\no a\nf 1 2 3\n"
+    ));
+    let ids: Vec<_> = scene
+        .objects
+        .iter()
+        .map(|o| (o.node, o.primitive))
+        .collect();
+    assert_eq!(ids, [(0, 0), (0, 1), (1, 0)]);
+}
+
+#[test]
+fn a_group_name_that_is_used_far_apart_is_warned_about() {
+    // Squares of 1 x 1 in the xy plane, at these places, of groups that take turns.
+    let text = |places: &[f32]| {
+        let mut text = String::new();
+        for (i, x) in places.iter().enumerate() {
+            let _ = write!(
+                text,
+                "v {x} 0 0\nv {} 0 0\nv {} 1 0\nv {x} 1 0\n",
+                x + 1.0,
+                x + 1.0
+            );
+            let _ = write!(
+                text,
+                "g wall\nf -4 -3 -2\nf -4 -2 -1\ng other{i}\nf -4 -3 -2\n"
+            );
+        }
+        text
+    };
+    let warned = |text: &str| {
+        warnings_of(text.as_bytes())
+            .iter()
+            .any(|w| w.contains("used again far away"))
+    };
+    assert!(warned(&text(&[0.0, 100.0])));
+    assert!(warned(&text(&[0.0, 1.0, 30.0])));
+    assert!(
+        !warned(&text(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0])),
+        "one wall, bay by bay"
+    );
+    assert!(!warned(&text(&[7.0])));
+    let scene = obj(&text(&[0.0, 100.0]));
+    assert_eq!(
+        scene.meshes[0].indices.len(),
+        12,
+        "groups merge nevertheless"
+    );
+    // Materials that take turns within a group make no second run.
+    let text = format!(
+        "{QUAD}v 90 0 0\nv 90 1 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3 4\nusemtl a\nf 3 5 6\n"
+    );
+    assert!(!warned(&text));
+}
+
+#[test]
+#[cfg(unix)]
+fn names_are_bytes_and_so_are_names_of_files() {
+    use std::os::unix::ffi::OsStrExt;
+    // GBK: "\xB2\xC4\xD6\xCA". Shift-JIS: "\x95\x5C", whose second byte is a backslash.
+    for [first, second] in [[&b"\xB2\xC4"[..], b"\xD6\xCA"], [b"\x95\x5C", b"\x83\x5C"]] {
+        let [library, text] = [
+            ["newmtl |", "\nKd 1 0 0\nnewmtl ~\nKd 0 1 0\n"].concat(),
+            format!(
+                "mtllib |.mtl\n{QUAD}o |\nusemtl |\nf 1 2 3\ng ~\nusemtl ~\nf 1 2 3\ng |\nf 1 2 3\n"
+            ),
+        ]
+        .map(|text| {
+            let bytes = text.bytes().flat_map(|byte| match byte {
+                b'|' => first.to_vec(),
+                b'~' => second.to_vec(),
+                byte => vec![byte],
+            });
+            bytes.collect::<Vec<u8>>()
+        });
+        let folder = tempfile::tempdir().unwrap();
+        let name = [first, b".mtl"].concat();
+        fs::write(
+            folder.path().join(std::ffi::OsStr::from_bytes(&name)),
+            library,
+        )
+        .unwrap();
+        let path = folder.path().join("a.obj");
+        fs::write(&path, text).unwrap();
+        let scene = import(&[path.clone()], &ImportOptions::default(), &Silent).unwrap();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        let colors: Vec<_> = scene.objects.iter().map(|o| o.base_color[0]).collect();
+        assert_eq!(colors, [1.0, 0.0, 0.0], "three groups, two materials");
+        let [referenced] = scene.referenced_files.as_slice() else {
+            panic!("{:?}", scene.referenced_files);
+        };
+        assert!(referenced.path.exists() && referenced.hash != 0);
+        let again = hroc_preprocess::import::hash_referenced(&path, &referenced.name);
+        assert_eq!(again, referenced.hash, "as --if-changed finds it");
+    }
+}
+
+#[test]
+fn long_names_and_many_libraries_stay_cheap() {
+    let name = "n".repeat(1 << 20);
+    let mut text = format!("{QUAD}mtllib gone.mtl\no {name}\n");
+    for i in 0..20_000 {
+        let _ = write!(text, "mtllib gone.mtl\nusemtl {}\nf 1 2 3\n", i % 500);
+    }
+    let start = std::time::Instant::now();
+    let scene = obj(&text);
+    assert!(start.elapsed().as_secs() < 5, "{:?}", start.elapsed());
+    assert_eq!(scene.objects.len(), 500);
+    assert_eq!(scene.objects[0].name.len(), 255);
+    assert_eq!(scene.warnings.len(), 2, "{:?}", scene.warnings);
+    assert!(scene.warnings[1].contains("names cut after 255 bytes: 1"));
+}
+
+#[test]
+fn opacity_that_contradicts_itself_or_hides_nothing_is_warned_about() {
+    let text = format!("mtllib m.mtl\n{QUAD}usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n");
+    let files = [
+        ("a.obj", text.as_bytes()),
+        ("m.mtl", b"newmtl a\nTr 1\nd 1\nnewmtl b\nd 0\n"),
+    ];
+    let scene = import_files(&files, &ImportOptions::default()).unwrap();
+    let alphas: Vec<_> = scene.objects.iter().map(|o| o.alpha).collect();
+    assert_eq!(alphas, [AlphaMode::Opaque, AlphaMode::Blended]);
+    let [contradiction, invisible] = scene.warnings.as_slice() else {
+        panic!("{:?}", scene.warnings);
+    };
+    assert!(contradiction.ends_with("contradict each other; `d` is used: 1"));
+    assert!(invisible.ends_with("opacity 0; they hide nothing: 1"));
+}
+
+/// The positions of an object's vertices in world.
+fn world(scene: &SourceScene, object: usize) -> Vec<DVec3> {
+    let object = &scene.objects[object];
+    let positions = scene.meshes[object.mesh].positions.iter();
+    let to_world = |p: &[f32; 3]| {
+        object
+            .world_from_object
+            .transform_point3(DVec3::from(p.map(f64::from)))
+    };
+    positions.map(to_world).collect()
+}
+
+#[test]
+fn an_object_keeps_its_shape_wherever_others_lie() {
+    let wall =
+        "v 500118.125 10 5800456.365\nv 500128.125 10 5800456.365\nv 500118.125 15 5800456.385\n";
+    let wall = format!("{wall}o wall\nf -3 -2 -1\nusemtl back\nf -1 -2 -3\n");
+    let far = "v 0 0 0\nv 1 0 0\nv 0 1 0\no marker\nf -3 -2 -1\n";
+    let antipode = "v -6000000.3 0 0\nv -6000001.3 0 0\nv -6000001.3 1 0\no antipode\nf -3 -2 -1\n";
+    for text in [
+        wall.clone(),
+        format!("{wall}{far}"),
+        format!("{far}{wall}"),
+        format!("{far}{wall}{antipode}"),
+        format!("v 1e30 0 0\nv nan 0 0\n{wall}"),
+    ] {
+        let scene = obj(&text);
+        let walls = scene
+            .objects
+            .iter()
+            .enumerate()
+            .filter(|(_, o)| o.name == "wall");
+        let walls: Vec<_> = walls.collect();
+        assert_eq!(walls.len(), 2);
+        assert_eq!(
+            walls[0].1.world_from_object, walls[1].1.world_from_object,
+            "parts share an origin"
+        );
+        for (index, _) in walls {
+            for point in world(&scene, index) {
+                let near =
+                    |value: f64, choices: &[f64]| choices.iter().any(|c| (value - c).abs() < 1e-5);
+                assert!(near(point.x, &[500118.125, 500128.125]) && near(point.y, &[10.0, 15.0]));
+                assert!(near(point.z, &[5800456.365, 5800456.385]), "{point}");
+            }
+        }
+    }
+}
+
+#[test]
+fn objects_share_an_origin_while_that_is_exact_enough() {
+    // Tiles of 10 x 10 that share edges, far away, and markers at zero and at the antipode.
+    let mut text = String::new();
+    for i in 0..8 {
+        let (x, z) = (4e6 + 10.1 * f64::from(i), 5e6 + 0.3);
+        let far = x + 10.1;
+        let _ = write!(
+            text,
+            "o tile\nv {x} 0 {z}\nv {far} 0 {z}\nv {far} 10 {z}\nf -3 -2 -1\n"
+        );
+    }
+    let tiles = obj(&text);
+    text += "o zero\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n";
+    text += "o antipode\nv -4000000.3 0 0\nv -4000001.3 0 0\nv -4000001.3 1 0\nf -3 -2 -1\n";
+    let all = obj(&text);
+    for scene in [&tiles, &all] {
+        for pair in [[0, 1], [3, 4], [6, 7]] {
+            let [a, b] = pair.map(|object| scene.objects[object].world_from_object);
+            assert_eq!(a, b);
+            let bits = |object| {
+                world(scene, object)
+                    .into_iter()
+                    .map(|p| p.to_array().map(f64::to_bits))
+            };
+            let shared = bits(pair[0])
+                .filter(|p| bits(pair[1]).any(|q| *p == q))
+                .count();
+            assert_eq!(shared, 1, "the shared corner is one point");
+        }
+    }
+    let moved = tiles.objects[0].world_from_object.translation
+        - all.objects[0].world_from_object.translation;
+    assert!(
+        moved.length() < 100.0,
+        "the markers move the origin to a neighbour: {moved}"
+    );
+    // What is exact about zero stays as it is.
+    let scene = obj(&format!(
+        "{QUAD}v 100000.5 0 0\nv 100001 0 0\nv 100001 1 0\no a\nf 1 2 3\no b\nf 5 6 7\n"
+    ));
+    let zero =
+        |o: &hroc_preprocess::scene::SourceObject| o.world_from_object.translation == DVec3::ZERO;
+    assert!(scene.objects.iter().all(zero));
 }

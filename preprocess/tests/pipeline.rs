@@ -158,6 +158,185 @@ fn nothing_is_done_where_nothing_changed() {
 }
 
 #[test]
+fn a_damaged_output_is_baked_again() {
+    let folder = Folder::new();
+    let arguments = ["bake", "a b.gltf", "b.obj", "-o", "x.hroc", "--if-changed"];
+    assert_eq!(folder.run(&arguments).0, 0);
+    let good = fs::read(folder.path("x.hroc")).unwrap();
+    // Every bit of the header, then bits all over the file.
+    let header = 0..8 * 32;
+    let step = 8 * good.len() / 97;
+    for bit in header.step_by(5).chain((0..8 * good.len()).step_by(step)) {
+        let mut damaged = good.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        fs::write(folder.path("x.hroc"), damaged).unwrap();
+        assert_eq!(folder.run(&["verify", "x.hroc"]).0, 3, "bit {bit}");
+        let (code, err) = folder.run(&arguments);
+        assert!(code == 0 && !err.contains("unchanged"), "bit {bit}: {err}");
+        assert!(
+            fs::read(folder.path("x.hroc")).unwrap() == good,
+            "bit {bit}"
+        );
+    }
+    assert!(folder.run(&arguments).1.contains("unchanged"));
+}
+
+/// No output may be a file that is read, whatever name leads to it and however the input refers to it.
+#[test]
+fn no_file_that_is_read_is_written() {
+    let folder = Folder::new();
+    folder.write("b.mtl", "newmtl red\n");
+    // A buffer and an image that no bake reads are sources all the same.
+    let scene = fs::read_to_string(folder.path("a b.gltf")).unwrap();
+    let scene = scene.replace(
+        "\"buffers\": [",
+        r#""images": [{ "uri": "wall.png" }], "cameras": [{ "type": "perspective", "perspective": { "yfov": 1, "znear": 1 } }],
+           "buffers": [{ "byteLength": 36, "uri": "bin/film.bin" }, "#,
+    );
+    let scene = scene.replace("\"buffer\": 0", "\"buffer\": 1");
+    let scene = scene.replacen("{ \"mesh\": 0 }", "{ \"mesh\": 0, \"camera\": 0 }", 1);
+    folder.write("a b.gltf", &scene);
+    folder.write("bin/film.bin", "film");
+    folder.write("wall.png", "wall");
+    let mut sources: Vec<String> = [
+        "a b.gltf",
+        "b.obj",
+        "b.mtl",
+        "bin/a b.bin",
+        "bin/film.bin",
+        "wall.png",
+    ]
+    .map(str::to_owned)
+    .into();
+    let contents = |names: &[String]| -> Vec<Vec<u8>> {
+        let read = |name: &String| fs::read(folder.path(name)).unwrap();
+        names.iter().map(read).collect()
+    };
+    let before = contents(&sources);
+    let files = before.len();
+    fs::create_dir(folder.path("sub")).unwrap();
+    for at in 0..files {
+        let source = sources[at].clone();
+        sources.push(format!("sub/../{source}"));
+        let name = format!("hard{at}");
+        fs::hard_link(folder.path(&source), folder.path(&name)).unwrap();
+        sources.push(name);
+        #[cfg(unix)]
+        {
+            let name = format!("soft{at}");
+            std::os::unix::fs::symlink(folder.path(&source), folder.path(&name)).unwrap();
+            sources.push(name);
+        }
+    }
+    let refused = |arguments: &[&str], target: &str| {
+        let (code, err) = folder.run(arguments);
+        assert_eq!(code, 2, "{arguments:?}: {err}");
+        let starts = format!("error: {target}: is a");
+        assert!(
+            err.starts_with(&starts) && err.contains("; name another file"),
+            "{err}"
+        );
+        assert_eq!(err.lines().count(), 1, "{err}");
+        assert!(contents(&sources[..files]) == before, "{arguments:?}");
+        assert!(!folder.path("x.hroc").exists() && !folder.path("x.d").exists());
+    };
+    let bake = ["bake", "a b.gltf", "b.obj"];
+    for target in sources.iter().map(String::as_str) {
+        refused(&[&bake[..], &["-o", target]].concat(), target);
+        refused(
+            &[
+                &bake[..],
+                &["-o", target, "--if-changed", "--depfile", "x.d"],
+            ]
+            .concat(),
+            target,
+        );
+        refused(
+            &[&bake[..], &["-o", "x.hroc", "--json", target]].concat(),
+            target,
+        );
+        refused(
+            &[&bake[..], &["-o", "x.hroc", "--depfile", target]].concat(),
+            target,
+        );
+        if !["b.obj", "b.mtl", "hard1", "hard2", "soft1", "soft2"]
+            .contains(&target.trim_start_matches("sub/../"))
+        {
+            refused(&["camera-path", "a b.gltf", "-o", target], target);
+        }
+    }
+    // A library that is not there yet would be read next time.
+    fs::remove_file(folder.path("b.mtl")).unwrap();
+    let (code, err) = folder.run(&["bake", "b.obj", "-o", "b.mtl"]);
+    assert!(code == 2 && !folder.path("b.mtl").exists(), "{err}");
+
+    // Where nothing is baked because nothing changed, the reports are written all the same.
+    let base = ["bake", "a b.gltf", "-o", "x.hroc", "--if-changed"];
+    assert_eq!(folder.run(&base).0, 0);
+    for option in ["--json", "--depfile"] {
+        let (code, err) = folder.run(&[&base[..], &[option, "bin/a b.bin"]].concat());
+        assert!(code == 2 && err.contains("an input refers to"), "{err}");
+        assert!(fs::read(folder.path("bin/a b.bin")).unwrap() == before[3]);
+    }
+    assert_eq!(
+        folder.run(&["camera-path", "a b.gltf", "-o", "x.json"]).0,
+        0
+    );
+}
+
+#[test]
+fn no_two_outputs_are_one_file() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("sub")).unwrap();
+    folder.write("old", "old");
+    fs::hard_link(folder.path("old"), folder.path("hard")).unwrap();
+    for outputs in [
+        ["new", "sub/../new"],
+        ["old", "old"],
+        ["old", "hard"],
+        ["./new", "new"],
+    ] {
+        for option in ["--json", "--depfile"] {
+            let arguments = ["bake", "b.obj", "-o", outputs[0], option, outputs[1]];
+            let (code, err) = folder.run(&arguments);
+            assert!(code == 2 && err.contains("is written too"), "{err}");
+        }
+        let arguments = [
+            "bake",
+            "b.obj",
+            "-o",
+            "x.hroc",
+            "--json",
+            outputs[0],
+            "--depfile",
+            outputs[1],
+        ];
+        let (code, err) = folder.run(&arguments);
+        assert!(code == 2 && err.contains("is written too"), "{err}");
+    }
+    assert_eq!(fs::read_to_string(folder.path("old")).unwrap(), "old");
+    assert!(!folder.path("new").exists() && !folder.path("x.hroc").exists());
+    #[cfg(unix)]
+    {
+        folder.write("city.glb", "old");
+        std::os::unix::fs::symlink("city.glb", folder.path("city.path.json")).unwrap();
+        let (code, err) = folder.run(&[
+            "generate",
+            "radial-city",
+            "--scale",
+            "0.001",
+            "-o",
+            "city.glb",
+        ]);
+        assert!(
+            code == 2 && err.contains("city.path.json: is another name"),
+            "{err}"
+        );
+        assert_eq!(fs::read_to_string(folder.path("city.glb")).unwrap(), "old");
+    }
+}
+
+#[test]
 fn dependencies_are_told_with_and_without_a_bake() {
     let folder = Folder::new();
     let bake = || {

@@ -19,65 +19,89 @@
 //! 1 of it, and the depth buffer holds 0 or 1 as the driver likes. No true fragment is refused: its depth lies
 //! between the depths of the triangle's clipped corners, and they are finite.
 //!
-//! Roundoff unit `u = 2^-23` (Vulkan lets an operation return either neighbour); `S` bounds `|x|_1 + |eye|_1`
-//! over the scene; `a` is the tangent of half the larger field of view, jitter included (0 for an
-//! orthographic camera); `W` is the larger side of the image in pixels. A step is the rasterizer's subpixel
-//! step: 1/16 px is the coarsest that the API allows, and taken unless the device was probed.
+//! Roundoff unit `u = 2^-23` (Vulkan lets an operation return either neighbour); `a` is the tangent of half the larger
+//! field of view, jitter included (0 for an orthographic camera); `W` is the larger side of the image in pixels. A step
+//! is the rasterizer's subpixel step: 1/16 px is the coarsest that the API allows, and taken unless the device was
+//! probed.
+//!
+//! # Eye-relative positions
+//!
+//! Positions have their zero at `z`, the eye on a grid of at most 2^-22 of the distance of the farthest cell
+//! (`zero_near`). The offset of a cell is its origin less `z`, subtracted in f64 and rounded to f32 once; what
+//! the shaders get is by definition where the cell is, in every pipeline. On that grid an offset has at most 24 bits, so
+//! that it is not rounded at all, unless the cell's own grid is finer; then it is off by `u/2` of itself, and the cell's
+//! objects, which are near its origin, are that far away too. The reach `S` of a box is the largest sum of
+//! absolute coordinates of a corner, plus that of the eye, which is half a step of the grid at most. What rounds in
+//! proportion to coordinates therefore rounds in proportion to the distance from the eye, wherever the
+//! scene lies.
 //!
 //! # Padding of bounds: what rays are tested against
 //!
-//! The bounds `B` of an object contain its vertices as the GPU computes them in world (the bake sees to
-//! that), so what counts is everything that moves a point between world and the depth buffer.
+//! The bounds `B` of an object contain its vertices but for what depends on the eye (the bake sees to that, see
+//! `world_bounds.rs` of hroc-preprocess), so what counts is everything that moves a point between cell space and the
+//! depth buffer.
 //!
 //! 1. *Snapping.* The rasterizer moves vertices to a subpixel grid; a triangle's hull moves by at most
 //!    one step, plus the rounding of the viewport transform, `8 u W` px. Where depth
 //!    is interpolated with the snapped triangle's barycentric coordinates, a fragment's depth is that of a
 //!    point `X` of the triangle that projects within a step of `p`; the ray passes within a step of `X` at
 //!    the depth of `X`. (Rasterizers that extrapolate from unsnapped vertices are why `hroc_keeps` exists.)
-//! 2. *Clip transform.* `clip = M x` in f32: each component errs by `4.5 u (sum |M_i||x_i| + |M_3|)`, four
+//! 2. *Clip transform.* The vertex about the eye errs by `5.1 u` of itself on each axis, which the bake leaves to
+//!    this padding: `5.1 u S`. `clip = M x` in f32: each component errs by `4.5 u (sum |M_i||x_i| + |M_3|)`, four
 //!    products, three sums, the entries of `M` rounded. For x and w that is, in world units at the point's
 //!    depth, `4.5 u S (1 + a)`; the same for y. The error of w also moves the point along the view, by
 //!    `4.5 u S`. All three at right angles: no longer than `7.8 u S (1 + a)`. A vertex that clipping makes
 //!    is interpolated with `3 u S (1 + a)`.
-//! 3. *Eye and ray.* The eye rounded to f32: `u S / 2`. Padded corner and its distance to the eye: `2 u S`.
-//!    The direction through `p`, computed as `d + x dx + y dy`: relative to view depth
+//! 3. *Eye and ray.* The eye rounded to f32: `u S / 2`. A corner moved by its cell's offset, padded, and its distance to
+//!    the eye: `3 u S`. The direction through `p`, computed as `d + x dx + y dy`: relative to view depth
 //!    `3 u (1 + 3 (a_x + a_y))`.
 //! 4. *Slab.* Each parameter has a relative error of at most `6 u` (two differences, a division of 2.5 ulp,
 //!    a product), which Ize 2013 covers by widening the interval (`2 gamma(3)`, about `6 u`, where division is
 //!    correctly rounded). As the padding makes the thinnest box thick, it covers that here.
 //!
-//! Points 2 and 3 sum to `13.3 u S (1 + a)`. Point 1 and the direction scale with view depth. Pixels are square,
+//! Points 2 and 3 sum to `19.4 u S (1 + a)`. Point 1 and the direction scale with view depth. Pixels are square,
 //! so a step along both axes is `sqrt 2` of one long, 0.71 of the sum of both sides that is taken; and growing
 //! a box by `r` along every axis contains every ball of radius `r` about its points.
 //!
-//! # Two pipelines
+//! # Two pipelines, and nodes round their leaves
 //!
 //! The host's shader that keeps a fragment and the batch occlusion test ask the same of the same ray, but
 //! compilers may fuse and order what they round as they like. So `hroc_keeps` asks with 0.8 of the padding, half
 //! of the depth tolerance and an interval that is not widened, and a fifth of the padding is for the difference:
-//! - The uniform is the same for both. A padded corner errs by `u S`, the origin of an orthographic ray by
-//!   `2 u S`, in each of two tests: `6 u S`, hence `padding_world = 30 u S (1 + a)`, of which 24 remain for the
-//!   13.3 above.
+//! - The uniform is the same for both. A corner moved and padded errs by `2 u S`, the origin of an orthographic ray by
+//!   `2 u S`, in each of two tests: `8 u S`.
+//! - A node's box contains those of its leaves as they are stored: in one cell by comparison, between two by outward
+//!   rounding of the bake. About the eye both are moved by offsets that each may be off by `0.51 u S`: `1.1 u S`. The
+//!   reach of the larger box is no smaller but for that, so neither is its padding.
+//! - Together `9.1 u S`, hence a padding of `48 u S (1 + a)`: a fifth is `9.6`, and of the rest 38 remain for the 19.4
+//!   above. The attack of the tests needs less than a hundredth of it in perspective, where the part that scales with
+//!   depth has as much to spare.
 //! - A component of the direction errs by `u (2 + 4 (a_x + a_y))` in each: a fifth of `20 u (1 + 3 (a_x + a_y))`.
 //!   Likewise the origin's part that grows with the half extents of an orthographic image.
 //! - The ends of the interval, `6 u` each, in each: `24 u` (`SLAB_WIDENING` in common/bounds.wgsl).
 //! - Depth along the ray is two products, two sums and a division of 2.5 ulp: `6 u` of the depth in each.
 //!
+//! # Clipping
+//!
+//! A rasterizer clips by clip depth, whose rounding may let geometry pass in front of the near plane or behind the far
+//! one. Where depth is linear (orthographic) it errs by `4.5 u` of its offset, which for reversed depth is `u` of the
+//! far distance everywhere; in perspective with standard depth the far plane is told from what is behind it by
+//! `near / far` of a depth only. `blur_planes` moves the planes that tests compare with out by twice that.
+//!
 //! # Padding of boxes: what is rasterized
 //!
-//! A ray that meets the padded bounds by the f32 slab test passes within `30 u S (1 + a)` of them (the
-//! widening and what it is there for), plus point 3. The box errs by point 2 and its corners by a step. The
-//! shader divides by w itself and the viewport scales the quotient: `2.5 u + 2 u` of an
+//! A ray that meets the padded bounds by the f32 slab test passes within `48 u S (1 + a)` of them (the
+//! widening and what it is there for), plus point 3. The box errs by the second part of point 2 and its corners by a
+//! step. The shader divides by w itself and the viewport scales the quotient: `2.5 u + 2 u` of an
 //! offset of at most 32 half widths (`LARGEST_NDC`; farther boxes are opened or drawn untested), `72 u W` px.
-//! `box_padding_world` takes `48 u S (1 + a)` for `30 + 7.8 + 2.5`, the step and `80 u W` px scale with
+//! The padding of boxes takes `64 u S (1 + a)` for `48 + 7.8 + 3.5`, the step and `80 u W` px scale with
 //! depth. A padded silhouette lies outside the bare one by that much everywhere, and snapping
 //! moves it by no more, so it covers `p`: for any displacement of its vertices a closed box covers by
 //! front faces whatever it covers at all, as front and back faces over a point are equally many.
 //!
 //! All that needs w > 0 at its corners. A box is taken to touch the near plane from a distance of
-//! `padding_world` on, which is more than the `9 u S` that the distance and w can err by: where `u S` is no
-//! less than the distance of the plane, as a kilometre from world's zero with a plane at a tenth of a millimetre,
-//! the plane alone would let corners behind the eye pass.
+//! `48 u S` on, which is more than the `9 u S` that the distance and w can err by: a box that reaches far beside the
+//! eye may have a corner at the plane whose w comes out negative.
 //!
 //! # Depth tolerance
 //!
@@ -91,7 +115,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4};
 
-use crate::camera::{Camera, CameraError, DepthConvention};
+use crate::camera::{Camera, CameraError, DepthConvention, View};
 use crate::scene::SceneShape;
 
 /// Cells that shaders know: those of the bake and those of objects that a host adds.
@@ -150,7 +174,9 @@ impl FrameUniform {
         let zero = zero_near(camera.position, &shape.cells);
         // The far plane of an orthographic camera that has none goes by how far the scene reaches from the eye.
         let reach_of_scene = (camera.position - shape.origin).length() + shape.radius;
-        let view = camera.view(depth, size, zero, reach_of_scene)?;
+        let mut view = camera.view(depth, size, zero, reach_of_scene)?;
+        let clip_from_relative = view.clip_from_world();
+        blur_planes(&mut view);
         let [width, height] = size.map(f64::from);
         let right = view.right * view.half_width;
         let up = view.up * view.half_height;
@@ -220,7 +246,7 @@ impl FrameUniform {
             false => [1.0, 0.0],
         };
         Ok(Self {
-            clip_from_relative: view.clip_from_world().as_mat4().to_cols_array_2d(),
+            clip_from_relative: clip_from_relative.as_mat4().to_cols_array_2d(),
             planes: planes(&view).map(|plane| plane.as_vec4().to_array()),
             forward: view
                 .forward
@@ -275,6 +301,40 @@ fn zero_near(eye: DVec3, cells: &[DVec3]) -> DVec3 {
     if snapped.is_finite() { snapped } else { eye }
 }
 
+/// Moves the near and far planes out by what clip depth cannot tell from them: a rasterizer that clips by it may leave
+/// fragments there ("Clipping" above). An orthographic eye moves back for that, so that ray parameters stay positive.
+fn blur_planes(view: &mut View) {
+    let [scale, offset] = [view.z_scale.abs(), view.z_offset.abs()];
+    if !view.perspective {
+        // Depth is linear: rounding of the offset is the same length everywhere.
+        let blur = 9.0 * U * offset / scale;
+        view.eye -= view.forward * blur;
+        view.z_offset -= view.z_scale * blur;
+        view.far += 2.0 * blur;
+    } else if view.far.is_finite() {
+        // A point of the image at view depth w has coordinates of no more than `spread * w` in sum.
+        let [x, y] = view.reach_across();
+        let spread = 3_f64.sqrt() * (1.0 + x * x + y * y).sqrt();
+        // By how much clip depth changes with w there, against its own end of the range.
+        let slope = match view.z_scale > 0.0 {
+            true => view.z_scale - 1.0,
+            false => scale,
+        };
+        let own = if view.z_scale > 0.0 {
+            1.0 + scale
+        } else {
+            scale
+        };
+        let relative = 9.0 * U * (own * spread + offset / view.far) / slope;
+        // Beyond half of the depth the plane tells nothing.
+        view.far = if slope > 0.0 && relative < 0.5 {
+            view.far / (1.0 - relative)
+        } else {
+            f64::INFINITY
+        };
+    }
+}
+
 /// From `zero` to each cell. What is so far that sums of coordinates could overflow is drawn in to where they cannot.
 fn cell_offsets(zero: DVec3, cells: &[DVec3]) -> [[f32; 4]; CELL_SLOTS] {
     let mut offsets = [[0.0; 4]; CELL_SLOTS];
@@ -286,7 +346,7 @@ fn cell_offsets(zero: DVec3, cells: &[DVec3]) -> [[f32; 4]; CELL_SLOTS] {
 }
 
 /// Inward unit planes in f64: left, right, bottom, top, near, far.
-fn planes(view: &crate::camera::View) -> [DVec4; 6] {
+fn planes(view: &View) -> [DVec4; 6] {
     // Perspective: the side planes contain the eye and lean outward by the angle to the image's border.
     let side = |axis: DVec3, reach: f64| {
         if view.perspective {

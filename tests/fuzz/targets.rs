@@ -7,7 +7,6 @@ use hroc_preprocess::import::{ImportOptions, import_bytes};
 use hroc_preprocess::progress::Silent;
 use std::num::NonZeroU32;
 use std::path::Path;
-use xxhash_rust::xxh3::xxh3_64;
 
 /// Any content of a scene file is refused in one line, or bakes to a file that passes every check. The last byte
 /// chooses the options.
@@ -50,10 +49,7 @@ pub fn open(data: &[u8]) {
         Some(_) => data.get(HEADER_LEN..).unwrap_or_default(),
         None => data,
     };
-    let header = Header {
-        payload_len: payload.len() as u64,
-        checksum: xxh3_64(payload),
-    };
+    let header = Header::of_payload(payload);
     let file = [header.to_bytes().as_slice(), payload].concat();
     if let Ok(baked) = BakedScene::from_bytes(&file, Check::Objects) {
         follow(baked.scene());

@@ -195,12 +195,25 @@ pub fn file(scene: &Scene) -> Vec<u8> {
     to_bytes(scene).expect("memory does not run out").to_vec()
 }
 
+/// Two sections that no reader knows. One's length is not a multiple of the alignment, and one is empty.
+pub fn sections() -> Sections {
+    [
+        (SectionName::new("masks"), Vec::new()),
+        (SectionName::new("levels"), (0..37).collect()),
+    ]
+    .into()
+}
+
+/// The file of the scene with sections.
+pub fn file_with(scene: &Scene, sections: &Sections) -> Vec<u8> {
+    to_bytes_with(scene, sections)
+        .expect("memory does not run out")
+        .to_vec()
+}
+
 /// A file with any payload, under a header that fits it.
 pub fn seal(payload: &[u8]) -> Vec<u8> {
-    let header = Header {
-        payload_len: payload.len() as u64,
-        checksum: xxh3_64(payload),
-    };
+    let header = Header::of_payload(payload);
     [header.to_bytes().as_slice(), payload].concat()
 }
 

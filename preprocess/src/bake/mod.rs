@@ -3,24 +3,30 @@
 //! threads: threads work on separate meshes, objects and subtrees, and results are put together in
 //! order.
 
+mod accuracy;
 mod cells;
 mod pack;
 mod place;
+mod provenance;
 mod recentre;
 mod report;
 
+pub use accuracy::{ACCURACY, Accuracy, AreaChange, Displacement, TriangleChanges};
+pub use provenance::{MATERIALS, PROVENANCE, Provenance};
 pub use report::{BakeReport, Stage, TreeReport};
 
 use crate::bvh;
+use crate::degenerate::{self, Degenerate};
 use crate::import::MAX_OBJECTS;
 use crate::normals;
 use crate::optimize::{self, MeshError};
 use crate::progress::Progress;
-use crate::quantize;
+use crate::quantize::Grid;
 use crate::scene::{SourceCamera, SourceMesh, SourceObject, SourceScene};
 use crate::subdivide;
 use crate::tree::{self, TreeBuilder, in_cells};
 use crate::world_bounds::flush_denormals;
+use accuracy::{Baked, MeshChange};
 use glam::{DAffine3, DVec3};
 use hroc_format::{Bounds, Camera, ObjectBounds, ObjectSource, ReferencedFile, Scene, SourceFile};
 use pack::Packed;
@@ -144,6 +150,14 @@ pub fn bake(
         return Err(BakeError::Dangling(object));
     }
 
+    progress.stage("clean", source.meshes.len() as u64);
+    report.coincident_triangles += report.timed("clean", || clean(&mut source.meshes, progress))?;
+    let cleaned = report.coincident_triangles;
+    let kept = Kept::of(&source.meshes, &source.objects);
+    retain(&mut source.position_errors, &kept.meshes);
+    retain(&mut source.materials.of_object, &kept.objects);
+    report.empty_objects += kept.retain(&mut source.meshes, &mut source.objects);
+
     if let Some(max) = options.split_objects.map(|max| max.get() as usize) {
         if subdivide::object_count(&source, max) > MAX_OBJECTS as u64 {
             return Err(BakeError::TooManyParts);
@@ -153,20 +167,45 @@ pub fn bake(
             .timed("subdivide", || subdivide::subdivide(&mut source, max))
             .map_err(|(mesh, source)| BakeError::Mesh { mesh, source })?;
     }
-    report.objects = source.objects.len();
-    let places = place::shared_places(&source.objects);
+    let mut places = place::shared_places(&source.objects);
+    let mut materials = std::mem::take(&mut source.materials);
 
     progress.stage("optimize", source.meshes.len() as u64);
     let keep = Keep::of(&source.meshes, options);
-    let (meshes, source_from_mesh): (Vec<_>, Vec<_>) = report
-        .timed("optimize", || {
-            prepare(source.meshes, options, keep, progress)
-        })?
-        .into_iter()
-        .unzip();
+    let grids = options
+        .quantize
+        .then(|| Grid::of_meshes(&source.meshes, &source.objects));
+    let prepared = report.timed("optimize", || {
+        prepare(
+            source.meshes,
+            &source.position_errors,
+            options,
+            keep,
+            grids.as_deref(),
+            progress,
+        )
+    })?;
+    let mut meshes = Vec::with_capacity(prepared.len());
+    let mut changes = Vec::with_capacity(prepared.len());
+    let mut source_from_mesh = Vec::with_capacity(prepared.len());
+    for prepared in prepared {
+        meshes.push(prepared.mesh);
+        changes.push(prepared.change);
+        source_from_mesh.push(prepared.source_from_mesh);
+        report.coincident_triangles += prepared.degenerate.coincident;
+        report.sliver_triangles += prepared.degenerate.slivers;
+    }
     for object in &mut source.objects {
         object.world_from_object *= source_from_mesh[object.mesh];
     }
+    let kept = Kept::of(&meshes, &source.objects);
+    retain(&mut changes, &kept.meshes);
+    retain(&mut materials.of_object, &kept.objects);
+    retain(&mut places, &kept.objects);
+    report.empty_objects += kept.retain(&mut meshes, &mut source.objects);
+    report.warn_of_degenerate();
+    report.objects = source.objects.len();
+    report.provenance = Provenance::new(&source.loaders, materials, source.objects.len());
     report.meshes = meshes.len();
     report.vertices = meshes.iter().map(|mesh| mesh.positions.len()).sum();
     report.stored_triangles = meshes.iter().map(|mesh| mesh.indices.len() / 3).sum();
@@ -186,6 +225,18 @@ pub fn bake(
         place::place(&source.objects, &packed, &places, progress)
     })?;
     let origin = origins[0];
+
+    report.measure(
+        &Baked {
+            sources: &source.objects,
+            objects: &objects,
+            meshes: &packed.meshes,
+            changes: &changes,
+        },
+        |object| origins[object.cell as usize],
+        options.quantize,
+        cleaned,
+    );
 
     progress.stage("trees", options.splits.len() as u64);
     let bvhs = report.timed("trees", || {
@@ -258,24 +309,78 @@ impl Keep {
     }
 }
 
-/// Checks and optimizes the meshes and gives all of them the same attributes. With each comes what takes it to the
-/// object space of its source.
-fn prepare(
-    meshes: Vec<SourceMesh>,
-    options: &BakeOptions,
-    keep: Keep,
-    progress: &dyn Progress,
-) -> Result<Vec<(SourceMesh, DAffine3)>, BakeError> {
-    let prepare = |(index, mut mesh): (usize, SourceMesh)| {
-        let fault = |source| BakeError::Mesh {
+/// Checks the meshes and leaves out the triangles two of whose corners coincide. Returns how many.
+fn clean(meshes: &mut [SourceMesh], progress: &dyn Progress) -> Result<u64, BakeError> {
+    let clean = |(index, mesh): (usize, &mut SourceMesh)| {
+        optimize::check(mesh).map_err(|source| BakeError::Mesh {
             mesh: index,
             source,
+        })?;
+        let coordinates = mesh.positions.iter_mut().flatten();
+        coordinates.for_each(|x| *x = flush_denormals(*x));
+        progress.advance(1);
+        Ok(degenerate::remove_coincident(mesh))
+    };
+    meshes.par_iter_mut().enumerate().map(clean).sum()
+}
+
+/// Which meshes have triangles, and which objects draw one of those.
+struct Kept {
+    meshes: Vec<bool>,
+    objects: Vec<bool>,
+}
+
+impl Kept {
+    fn of(meshes: &[SourceMesh], objects: &[SourceObject]) -> Self {
+        let has_triangles = |mesh: &SourceMesh| !mesh.indices.is_empty();
+        let meshes: Vec<bool> = meshes.iter().map(has_triangles).collect();
+        let objects = objects.iter().map(|object| meshes[object.mesh]).collect();
+        Self { meshes, objects }
+    }
+
+    /// Leaves out the others. The rest keep their order. Returns the number of objects that went.
+    fn retain(&self, meshes: &mut Vec<SourceMesh>, objects: &mut Vec<SourceObject>) -> usize {
+        let mut next = 0;
+        let number = |&kept: &bool| {
+            next += usize::from(kept);
+            next - usize::from(kept)
         };
-        optimize::check(&mesh).map_err(fault)?;
-        mesh.positions
-            .iter_mut()
-            .flatten()
-            .for_each(|x| *x = flush_denormals(*x));
+        let numbers: Vec<usize> = self.meshes.iter().map(number).collect();
+        retain(meshes, &self.meshes);
+        retain(objects, &self.objects);
+        for object in objects {
+            object.mesh = numbers[object.mesh];
+        }
+        self.objects.iter().filter(|kept| !**kept).count()
+    }
+}
+
+/// Keeps those of `items` that are kept. A list that is shorter than that is left out at its end.
+fn retain<T>(items: &mut Vec<T>, kept: &[bool]) {
+    let mut kept = kept.iter();
+    items.retain(|_| kept.next().is_none_or(|&kept| kept));
+}
+
+/// A mesh as it is stored.
+struct Prepared {
+    mesh: SourceMesh,
+    /// Takes it to the object space of its source.
+    source_from_mesh: DAffine3,
+    change: MeshChange,
+    degenerate: Degenerate,
+}
+
+/// Gives all meshes the same attributes, moves them to their grids or near their zeros and optimizes them.
+fn prepare(
+    meshes: Vec<SourceMesh>,
+    position_errors: &[f64],
+    options: &BakeOptions,
+    keep: Keep,
+    grids: Option<&[Grid]>,
+    progress: &dyn Progress,
+) -> Result<Vec<Prepared>, BakeError> {
+    let prepare = |(index, mut mesh): (usize, SourceMesh)| {
+        let original = mesh.positions.clone();
         if !keep.normals {
             mesh.normals = Vec::new();
         } else if mesh.normals.is_empty() {
@@ -286,16 +391,36 @@ fn prepare(
         } else if mesh.uvs.is_empty() {
             mesh.uvs = vec![[0.0; 2]; mesh.positions.len()];
         }
+        let mut counts = Degenerate::default();
         // Before vertices are merged: on the grid some meet.
-        let source_from_mesh = match options.quantize {
-            true => quantize::quantize(&mut mesh),
-            false => DAffine3::from_translation(recentre::recentre(&mut mesh)),
+        let source_from_mesh = match grids {
+            Some(grids) => {
+                grids[index].quantize(&mut mesh);
+                grids[index].object_from_cube()
+            }
+            None => DAffine3::from_translation(recentre::recentre(&mut mesh)),
         };
-        if options.optimize {
-            mesh = optimize::optimize(&mesh).map_err(fault)?;
+        // Here vertices and triangles are still in the order of the source.
+        let import_error = position_errors.get(index).copied().unwrap_or(0.0);
+        let change = MeshChange::measure(&original, &mesh, &source_from_mesh, import_error);
+        drop(original);
+        if grids.is_some() {
+            counts.coincident = degenerate::remove_coincident(&mut mesh);
         }
+        if options.optimize && !mesh.indices.is_empty() {
+            mesh = optimize::optimize(&mesh).map_err(|source| BakeError::Mesh {
+                mesh: index,
+                source,
+            })?;
+        }
+        counts.slivers = degenerate::count_slivers(&mesh);
         progress.advance(1);
-        Ok((mesh, source_from_mesh))
+        Ok(Prepared {
+            change: change.finished(&mesh),
+            mesh,
+            source_from_mesh,
+            degenerate: counts,
+        })
     };
     meshes.into_par_iter().enumerate().map(prepare).collect()
 }

@@ -3,6 +3,7 @@
 use super::{Failure, depfile, progress, say, signals, unchanged};
 use crate::bake::{self, BakeOptions, BakeReport, Stage};
 use crate::import::{self, ImportOptions};
+use crate::outputs;
 use crate::tree;
 use clap::builder::PossibleValuesParser;
 use hroc_format::{file_to_replace, folder_of};
@@ -106,8 +107,6 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
         inputs,
         output,
         split,
-        json,
-        depfile,
         ..
     } = arguments;
     if let Some(name) = split
@@ -125,18 +124,11 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
             "--jobs: at most {MAX_JOBS} threads; ask for fewer"
         )));
     }
-    let json = json.as_deref().filter(|path| *path != Path::new("-"));
-    let depfile = depfile.as_deref();
-    for target in [Some(output.as_path()), json, depfile]
-        .into_iter()
-        .flatten()
-    {
-        if inputs.iter().any(|input| same_file(input, target)) {
-            let target = target.display();
-            return Err(Failure::usage(format_args!(
-                "{target}: is an input; name another file to write"
-            )));
-        }
+    let outputs = outputs(arguments);
+    let paths = outputs.iter().map(|(_, path)| *path);
+    let inputs = inputs.iter().map(PathBuf::as_path);
+    refuse_inputs(arguments, inputs, "is an input")?;
+    for target in paths {
         if target.is_dir() {
             let target = target.display();
             return Err(Failure::usage(format_args!(
@@ -157,44 +149,35 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
             "{output}: cannot be written: {error}; name another file"
         )));
     }
-    for (name, target, others) in [
-        ("--json", json, [Some(output.as_path()), depfile]),
-        ("--depfile", depfile, [Some(output.as_path()), json]),
-    ] {
-        let Some(target) = target else { continue };
-        if let Some(other) = others
-            .into_iter()
-            .flatten()
-            .find(|other| *other == target || same_file(other, target))
-        {
-            let other = other.display();
-            return Err(Failure::usage(format_args!(
-                "{name} names {other}, which is written too; name another file"
-            )));
-        }
-    }
-    Ok(())
+    outputs::refuse_repetitions(&outputs).map_err(Failure::usage)
 }
 
-fn same_file(a: &Path, b: &Path) -> bool {
-    let (Ok(a), Ok(b)) = (a.canonicalize(), b.canonicalize()) else {
-        return false;
-    };
-    a == b || is_same_inode(&a, &b)
+/// The files to write, each with the option that names it.
+fn outputs(arguments: &Arguments) -> Vec<(&'static str, &Path)> {
+    let json = arguments.json.as_deref();
+    let json = json.filter(|path| *path != Path::new("-"));
+    [
+        ("--output", Some(arguments.output.as_path())),
+        ("--depfile", arguments.depfile.as_deref()),
+        ("--json", json),
+    ]
+    .into_iter()
+    .filter_map(|(option, path)| Some((option, path?)))
+    .collect()
 }
 
-/// Two names of one file.
-#[cfg(unix)]
-fn is_same_inode(a: &Path, b: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let id = |path: &Path| fs::metadata(path).map(|data| (data.dev(), data.ino()));
-    matches!((id(a), id(b)), (Ok(a), Ok(b)) if a == b)
+/// Refuses to write over a file that is read.
+fn refuse_inputs<'a>(
+    arguments: &Arguments,
+    read: impl IntoIterator<Item = &'a Path>,
+    what: &str,
+) -> Result<(), Failure> {
+    let paths: Vec<&Path> = outputs(arguments).iter().map(|(_, path)| *path).collect();
+    outputs::refuse_inputs(&paths, read, what).map_err(Failure::usage)
 }
 
-#[cfg(not(unix))]
-fn is_same_inode(_: &Path, _: &Path) -> bool {
-    false
-}
+/// What outputs must not be, beside inputs.
+const REFERRED_TO: &str = "is a file that an input refers to";
 
 fn bake(arguments: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
@@ -221,13 +204,23 @@ fn bake(arguments: &Arguments) -> Result<(), Failure> {
             start.elapsed().as_secs_f64()
         ));
         let file_bytes = baked.file_bytes().len() as u64;
-        let referenced = baked.scene().referenced_files.iter();
-        let referenced = referenced.filter(|file| file.hash != 0).filter_map(|file| {
-            let by = arguments.inputs.get(file.by.to_native() as usize)?;
-            Some(import::beside(by, &file.name))
-        });
-        write_depfile(arguments, referenced)?;
-        let report = BakeReport::of(baked.scene());
+        let referenced: Vec<(PathBuf, bool)> = baked
+            .scene()
+            .referenced_files
+            .iter()
+            .filter_map(|file| {
+                let by = arguments.inputs.get(file.by.to_native() as usize)?;
+                Some((import::beside(by, &file.name), file.hash != 0))
+            })
+            .collect();
+        refuse_inputs(
+            arguments,
+            referenced.iter().map(|(path, _)| path.as_path()),
+            REFERRED_TO,
+        )?;
+        let was_read = referenced.into_iter().filter(|(_, was_read)| *was_read);
+        write_depfile(arguments, was_read.map(|(path, _)| path))?;
+        let report = BakeReport::of(&baked);
         return write_report(arguments, &report, file_bytes, start, true);
     }
     let wanted = ImportOptions {
@@ -237,6 +230,9 @@ fn bake(arguments: &Arguments) -> Result<(), Failure> {
     };
     let source = import::import(&arguments.inputs, &wanted, &*progress).map_err(Failure::file)?;
     let import_seconds = start.elapsed().as_secs_f64();
+    let referred_to = source.referenced_files.iter().map(|file| &file.path);
+    let referred_to = referred_to.chain(&source.unread_files);
+    refuse_inputs(arguments, referred_to.map(PathBuf::as_path), REFERRED_TO)?;
     let referenced: Vec<PathBuf> = source
         .referenced_files
         .iter()
@@ -259,7 +255,8 @@ fn bake(arguments: &Arguments) -> Result<(), Failure> {
     );
     let write = Instant::now();
     progress.stage("write", 0);
-    let file_bytes = hroc_format::write(&arguments.output, &scene).map_err(Failure::file)?;
+    let file_bytes = hroc_format::write_with(&arguments.output, &scene, &report.sections())
+        .map_err(Failure::file)?;
     report.stages.push(Stage {
         name: "write",
         seconds: write.elapsed().as_secs_f64(),
@@ -334,6 +331,12 @@ fn summarize(arguments: &Arguments, report: &BakeReport, file_bytes: u64, second
         report.meshes,
         file_bytes as f64 / 1e6,
     ));
+    if let Some(accuracy) = &report.accuracy {
+        accuracy
+            .lines()
+            .iter()
+            .for_each(|line| say(format_args!("  {line}")));
+    }
     for tree in &report.trees {
         say(format_args!(
             "  tree {}: depth {}, mean leaf depth {:.1}, SAH cost {:.2}, overlap {:.2}",

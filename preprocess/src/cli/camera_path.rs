@@ -1,7 +1,8 @@
 //! `hroc-bake camera-path`.
 
 use super::{Failure, say};
-use crate::import::{self, CameraChoice};
+use crate::import::{self, CameraChoice, ImportedCamera};
+use crate::outputs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -34,13 +35,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         camera: camera.as_deref(),
         animation: animation.as_deref(),
     };
-    let path = import::camera_path(input, choice).map_err(Failure::file)?;
+    let is_stdout = output == Path::new("-");
+    let refuse = |path: &Path, what: &str| {
+        let outputs = [output.as_path()];
+        outputs::refuse_inputs(&outputs, [path], what).map_err(Failure::usage)
+    };
+    if !is_stdout {
+        refuse(input, "is an input")?;
+    }
+    let ImportedCamera { path, files } =
+        import::camera_path(input, choice).map_err(Failure::file)?;
     let json = path.to_json();
-    if output == Path::new("-") {
+    if is_stdout {
         return io::stdout()
             .lock()
             .write_all(json.as_bytes())
             .map_err(Failure::stdout);
+    }
+    for file in &files {
+        refuse(file, "is a file that an input refers to")?;
     }
     path.save(output).map_err(|error| {
         Failure::file(format_args!(

@@ -57,6 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             .write(&params, output)
             .map_err(|error| match error {
                 GenerateError::OutOfRange { .. } => Failure::usage(format_args!("--{error}")),
+                GenerateError::WrittenTwice { .. } => Failure::usage(error),
                 GenerateError::TooLarge { .. } => {
                     Failure::file(format_args!("{}: {error}", output.display()))
                 }

@@ -1,10 +1,10 @@
 //! `hroc-bake inspect`.
 
 use super::Failure;
-use crate::bake::TreeReport;
+use crate::bake::{Accuracy, Provenance, TreeReport};
 use crate::tree::in_cells;
 use glam::DVec3;
-use hroc_format::{ArchivedScene, BakedScene, Bounds, ObjectBounds, object_flags};
+use hroc_format::{ArchivedScene, BakedScene, Bounds, ObjectBounds, OpenError, object_flags};
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
@@ -21,11 +21,12 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let baked = BakedScene::open_checked(&arguments.file).map_err(Failure::file)?;
-    let summary = Summary::new(&baked);
+    let provenance = Provenance::of(&baked).map_err(Failure::file)?;
+    let summary = Summary::new(&baked, &provenance).map_err(Failure::file)?;
     let mut out = BufWriter::new(io::stdout().lock());
     let result = if arguments.json {
         let details = Details {
-            objects: objects(baked.scene()),
+            objects: objects(baked.scene(), &provenance),
             cameras: cameras(baked.scene()),
             summary,
         };
@@ -55,16 +56,34 @@ struct Summary {
     settings: serde_json::Value,
     file_bytes: usize,
     source_files: Vec<SourceFile>,
-    referenced_files: Vec<SourceFile>,
+    referenced_files: Vec<ReferencedFile>,
     origin: [f64; 3],
     bounds: Box3,
     counts: Counts,
     bytes: Vec<(&'static str, usize)>,
     trees: Vec<TreeReport>,
+    /// How far the baked scene is from its source; null for a file that does not say.
+    accuracy: Option<Accuracy>,
+    sections: Vec<Section>,
+}
+
+#[derive(Serialize)]
+struct Section {
+    name: String,
+    bytes: u64,
 }
 
 #[derive(Serialize)]
 struct SourceFile {
+    name: String,
+    /// xxh3, hexadecimal.
+    hash: String,
+    /// The library that read it, and its version; null for a file that does not say.
+    loader: Option<String>,
+}
+
+#[derive(Serialize)]
+struct ReferencedFile {
     name: String,
     /// xxh3, hexadecimal.
     hash: String,
@@ -120,11 +139,16 @@ struct Object {
     mesh: u32,
     triangles: u32,
     alpha: &'static str,
+    /// Linear red, green, blue and opacity in 0..=1, to 8 bits.
+    color: [f32; 4],
+    double_sided: bool,
+    /// The source's name; null for an object without a material.
+    material: Option<String>,
     bounds: Box3,
 }
 
 impl Summary {
-    fn new(baked: &BakedScene) -> Self {
+    fn new(baked: &BakedScene, provenance: &Provenance) -> Result<Self, OpenError> {
         let scene = baked.scene();
         let with_flag = |flag| {
             scene
@@ -138,8 +162,17 @@ impl Summary {
             .iter()
             .map(|bvh| TreeReport::new(&bvh.split, bvh.nodes.len(), &bvh.stats.to_native()))
             .collect();
-        Self {
+        Ok(Self {
             schema: 1,
+            accuracy: Accuracy::of(baked)?,
+            sections: baked
+                .sections()
+                .iter()
+                .map(|section| Section {
+                    name: section.name.to_string(),
+                    bytes: section.len,
+                })
+                .collect(),
             name: scene.name.as_str().into(),
             generator: scene.generator.as_str().into(),
             settings: serde_json::from_str(&scene.settings)
@@ -148,15 +181,17 @@ impl Summary {
             source_files: scene
                 .source_files
                 .iter()
-                .map(|file| SourceFile {
+                .enumerate()
+                .map(|(number, file)| SourceFile {
                     name: file.name.as_str().into(),
                     hash: format!("{:016x}", file.hash.to_native()),
+                    loader: provenance.loaders.get(number).cloned(),
                 })
                 .collect(),
             referenced_files: scene
                 .referenced_files
                 .iter()
-                .map(|file| SourceFile {
+                .map(|file| ReferencedFile {
                     name: file.name.as_str().into(),
                     hash: format!("{:016x}", file.hash.to_native()),
                 })
@@ -196,7 +231,7 @@ impl Summary {
                 ("trees", scene.bvhs.iter().map(bvh_bytes).sum()),
             ],
             trees,
-        }
+        })
     }
 
     fn write_text(&self, out: &mut impl Write) -> io::Result<()> {
@@ -207,7 +242,8 @@ impl Summary {
             self.name, self.file_bytes, self.generator
         )?;
         for file in &self.source_files {
-            writeln!(out, "source     {:?} {}", file.name, file.hash)?;
+            let loader = file.loader.as_deref().unwrap_or("an unknown reader");
+            writeln!(out, "source     {:?} {} by {loader}", file.name, file.hash)?;
         }
         writeln!(out, "settings   {}", self.settings)?;
         writeln!(out, "origin     {:?}", self.origin)?;
@@ -232,6 +268,9 @@ impl Summary {
             counts.meshes, counts.vertices
         )?;
         writeln!(out, "cameras    {}", counts.cameras)?;
+        for line in self.accuracy.iter().flat_map(Accuracy::lines) {
+            writeln!(out, "{line}")?;
+        }
         writeln!(out, "\n{:<16}{:>14}{:>8}", "part", "bytes", "%")?;
         for (part, bytes) in self.bytes.iter().filter(|(_, bytes)| *bytes > 0) {
             let share = *bytes as f64 / self.file_bytes as f64 * 100.0;
@@ -282,7 +321,7 @@ fn cameras(scene: &ArchivedScene) -> Vec<Camera> {
     scene.cameras.iter().map(camera).collect()
 }
 
-fn objects(scene: &ArchivedScene) -> Vec<Object> {
+fn objects(scene: &ArchivedScene, provenance: &Provenance) -> Vec<Object> {
     let ids = 0..scene.objects.len() as u32;
     let origins: Vec<_> = scene.cell_origins().into_iter().map(DVec3::from).collect();
     // A file that was opened without its objects checked may name a cell that is not there.
@@ -316,6 +355,12 @@ fn objects(scene: &ArchivedScene) -> Vec<Object> {
                     flags if flags & object_flags::MASKED != 0 => "masked",
                     _ => "opaque",
                 },
+                color: object
+                    .base_color
+                    .to_le_bytes()
+                    .map(|channel| f32::from(channel) / 255.0),
+                double_sided: object.flags & object_flags::DOUBLE_SIDED != 0,
+                material: provenance.material(id as usize).map(str::to_owned),
                 bounds: in_world(bounds.to_native()).into(),
             }
         })

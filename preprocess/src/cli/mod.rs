@@ -28,7 +28,7 @@ Examples:
   hroc-bake bake plan.glb -o plan.hroc --split-objects 5000 --quantize
   hroc-bake inspect town.hroc
   hroc-bake inspect town.hroc --json | jq '.objects[17]'
-  hroc-bake verify town.hroc
+  hroc-bake verify town.hroc --source town.glb
   hroc-bake generate radial-city --scale 0.1 -o city.glb
   hroc-bake camera-path film.glb --camera Dolly -o film.path.json
 

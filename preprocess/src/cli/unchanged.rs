@@ -8,10 +8,19 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::Xxh3Default;
 
-/// The baked file at `output`, if it is whole and was made by this version with these `settings` from the very
+/// The baked file at `output`, if `verify` calls it good and this version made it with these `settings` from the very
 /// bytes that `inputs` and the files they refer to hold now. Times of files do not matter.
+///
+/// The content is checked last, because it takes the longest: most of the bytes have no meaning that could be checked
+/// without the checksum.
 pub(super) fn open(output: &Path, inputs: &[PathBuf], settings: &str) -> Option<BakedScene> {
     let baked = BakedScene::open(output).ok()?;
+    is_current(&baked, inputs, settings)?;
+    BakedScene::verify(output).ok()
+}
+
+/// Whether the file says that it was baked by this version with these `settings` from what `inputs` hold now.
+fn is_current(baked: &BakedScene, inputs: &[PathBuf], settings: &str) -> Option<()> {
     let scene = baked.scene();
     let same_bake = scene.generator == *GENERATOR && scene.settings == *settings;
     if !same_bake || scene.source_files.len() != inputs.len() {
@@ -30,7 +39,7 @@ pub(super) fn open(output: &Path, inputs: &[PathBuf], settings: &str) -> Option<
             return None;
         }
     }
-    Some(baked)
+    Some(())
 }
 
 /// xxh3-64 of a file, which may be larger than memory.

@@ -17,6 +17,7 @@ mod shape;
 mod sketch;
 mod trig;
 
+use crate::outputs::is_same_file;
 use std::io;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -101,6 +102,12 @@ pub enum GenerateError {
         /// Size of the file.
         bytes: u64,
     },
+    /// Two of the scene's files would be one.
+    #[error("{}: is another name of a second file of the scene; name another file to write", path.display())]
+    WrittenTwice {
+        /// One of its names.
+        path: PathBuf,
+    },
     /// The file could not be written.
     #[error("cannot write {}: {source}", path.display())]
     Write {
@@ -130,12 +137,19 @@ pub trait Generator: Sync {
     fn write(&self, params: &Params, glb: &Path) -> Result<Written, GenerateError> {
         params.check()?;
         let model = self.model(params);
+        let names = model.paths.iter().map(|path| &path.name);
+        let paths: Vec<PathBuf> = names.map(|name| path_file(glb, name)).collect();
+        let written: Vec<&Path> = std::iter::once(glb)
+            .chain(paths.iter().map(PathBuf::as_path))
+            .collect();
+        for (at, file) in written.iter().enumerate() {
+            if written[..at].iter().any(|other| is_same_file(other, file)) {
+                return Err(GenerateError::WrittenTwice { path: file.into() });
+            }
+        }
         let stats = glb::write(&model, glb)?;
-        let mut paths = Vec::new();
-        for ScenePath { name, path } in &model.paths {
-            let file = path_file(glb, name);
-            path.save(&file).map_err(write_error(&file))?;
-            paths.push(file);
+        for (ScenePath { path, .. }, file) in model.paths.iter().zip(&paths) {
+            path.save(file).map_err(write_error(file))?;
         }
         Ok(Written { stats, paths })
     }

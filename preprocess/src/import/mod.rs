@@ -70,6 +70,8 @@ impl Import<'_> {
 
 /// One file format.
 struct Importer {
+    /// The library that reads it, and its version.
+    loader: &'static str,
     /// Whether the file is of this format.
     accepts: fn(&Path, &[u8]) -> bool,
     import: fn(&mut Import<'_>) -> Result<()>,
@@ -78,14 +80,17 @@ struct Importer {
 /// All formats, in the order they are asked.
 const IMPORTERS: &[Importer] = &[
     Importer {
+        loader: gltf::LOADER,
         accepts: gltf::is_glb,
         import: gltf::import_glb,
     },
     Importer {
+        loader: gltf::LOADER,
         accepts: gltf::is_gltf,
         import: gltf::import_gltf,
     },
     Importer {
+        loader: obj::LOADER,
         accepts: obj::is_obj,
         import: obj::import,
     },
@@ -141,11 +146,20 @@ fn warn_if_empty(scene: &mut SourceScene) {
     }
 }
 
-/// The way of a camera of a glTF file: at rest, or as the file's animations move it.
+/// A camera of a glTF file.
+#[derive(Clone, Debug)]
+pub struct ImportedCamera {
+    /// Its way, at rest, or as the file's animations move it.
+    pub path: CameraPath,
+    /// The files that the given one refers to, read or not.
+    pub files: Vec<PathBuf>,
+}
+
+/// Reads a camera of a glTF file.
 ///
 /// # Errors
 /// If the file is no glTF, has no such camera, or any fault in what moves it.
-pub fn camera_path(path: &Path, choice: CameraChoice<'_>) -> Result<CameraPath, ImportError> {
+pub fn camera_path(path: &Path, choice: CameraChoice<'_>) -> Result<ImportedCamera, ImportError> {
     let read = || {
         let bytes = read(path)?;
         if !gltf::is_glb(path, &bytes) && !gltf::is_gltf(path, &bytes) {
@@ -153,14 +167,17 @@ pub fn camera_path(path: &Path, choice: CameraChoice<'_>) -> Result<CameraPath, 
             return Err(ImportError::new(ImportErrorKind::UnknownFormat, what)
                 .next("give a .glb or .gltf file"));
         }
-        gltf::camera_path(path, &bytes, choice)
+        gltf::camera_path(&Folder::of(path, 0), &bytes, choice)
     };
     read().map_err(|error| error.in_file(path))
 }
 
 /// The hash that [`import`] gives a file that the input at `by` refers to; 0 where it cannot be read.
 pub fn hash_referenced(by: &Path, name: &str) -> u64 {
-    let bytes = Folder::of(by, 0).read(name);
+    let folder = Folder::of(by, 0);
+    // A name that is not UTF-8 was noted percent-encoded.
+    let encoded = || folder.read_named(&folder::percent_decode(name));
+    let bytes = folder.read(name).or_else(|_| encoded());
     bytes.map_or(0, |bytes| xxhash_rust::xxh3::xxh3_64(&bytes))
 }
 
@@ -181,6 +198,7 @@ fn import_file(
         .into_owned();
     let hash = xxhash_rust::xxh3::xxh3_64(bytes);
     scene.files.push(SourceFile { name, hash });
+    scene.loaders.push(importer.loader);
     let file = scene.files.len() - 1;
     let folder = Folder::of(path, file);
     let mut import = Import {

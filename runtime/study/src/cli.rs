@@ -169,6 +169,16 @@ impl From<&str> for Destination {
     }
 }
 
+impl Destination {
+    /// The file, if it is one.
+    fn file(&self) -> Option<&Path> {
+        match self {
+            Self::Stdout => None,
+            Self::File(file) => Some(file),
+        }
+    }
+}
+
 /// Where JSON goes, opened before the work begins.
 enum JsonOutput {
     Stdout,

@@ -138,15 +138,16 @@ impl Comparison {
             reason,
         };
         let text = std::fs::read_to_string(path).map_err(|error| refused(error.to_string()))?;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
         // Before the rest, so that another version is told as such.
         #[derive(Deserialize)]
         struct Version {
             schema: u32,
         }
-        let version = serde_json::from_str::<Version>(&text);
+        let version = serde_json::from_str::<Version>(text);
         match version.map_err(|error| refused(error.to_string()))? {
             Version { schema: SCHEMA } => {
-                serde_json::from_str(&text).map_err(|error| refused(error.to_string()))
+                serde_json::from_str(text).map_err(|error| refused(error.to_string()))
             }
             Version { schema } => Err(refused(format!(
                 "it has schema {schema}, this command reads schema {SCHEMA}"
@@ -325,6 +326,8 @@ pub(crate) mod tests {
         let comparison = two_scenes();
         let json = serde_json::to_string(&comparison).unwrap();
         std::fs::write(&path, &json).unwrap();
+        assert_eq!(Comparison::load(&path).unwrap(), comparison);
+        std::fs::write(&path, format!("\u{feff}{json}")).unwrap();
         assert_eq!(Comparison::load(&path).unwrap(), comparison);
         let refused = |text: &str, part: &str| {
             std::fs::write(&path, text).unwrap();

@@ -63,7 +63,7 @@ pub enum StudyError {
     #[error("{0}")]
     Cpu(String),
     /// The scene lacks the tree asked for, or does not fit the device.
-    #[error(transparent)]
+    #[error("{}", upload_advice(.0))]
     Upload(#[from] UploadError),
     /// The camera path is wrong.
     #[error(transparent)]
@@ -97,6 +97,17 @@ pub enum StudyError {
     },
 }
 
+/// The error with a next step for who runs the command; the error's own is for who writes a host.
+fn upload_advice(error: &UploadError) -> String {
+    match error {
+        UploadError::TooLarge { what, bytes, limit } => format!(
+            "{what} of {bytes} bytes exceed this device's limit of {limit} bytes; choose another device with --adapter, \
+             or bake a part of the scene"
+        ),
+        other => other.to_string(),
+    }
+}
+
 impl StudyError {
     /// The exit code for it.
     pub const fn exit_code(&self) -> u8 {
@@ -120,5 +131,25 @@ impl StudyError {
     pub fn output(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
         let path = path.into();
         move |source| Self::Output { path, source }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_device_cannot_do_comes_with_advice_for_the_user() {
+        let error = StudyError::from(UploadError::TooLarge {
+            what: "vertices",
+            bytes: 2,
+            limit: 1,
+        });
+        let text = error.to_string();
+        assert_eq!(error.exit_code(), exit::DEVICE);
+        assert!(
+            text.contains("limit of 1 bytes; choose another device with --adapter"),
+            "{text}"
+        );
     }
 }

@@ -26,10 +26,10 @@ pub enum GpuError {
         present: String,
     },
     /// It lacks a feature.
-    #[error(transparent)]
+    #[error("{0}; choose another device with --adapter, or update its driver")]
     Unfit(#[from] hroc_runtime::device::DeviceError),
     /// It gives no device.
-    #[error("the adapter '{adapter}' gives no device: {reason}")]
+    #[error("the adapter '{adapter}' gives no device: {reason}; choose another one with --adapter")]
     NoDevice {
         /// The adapter's name.
         adapter: String,
@@ -65,7 +65,7 @@ pub enum GpuError {
     #[error("the adapter '{0}' has no timestamps; use --clock wall")]
     NoClock(String),
     /// It failed while running.
-    #[error("the device failed: {0}")]
+    #[error("the device failed: {0}; try a smaller --size, or another device with --adapter")]
     Failed(String),
 }
 

@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use hroc_format::{file_to_replace, folder_of};
+use hroc_preprocess::outputs;
 use tempfile::NamedTempFile;
 
 use crate::error::StudyError;
@@ -86,6 +87,38 @@ pub fn create_folder(path: &Path) -> Result<(), StudyError> {
     // A file in it shows whether it can be written to.
     OutputFile::create(&path.join("probe")).map(drop)
 }
+
+/// Refuses outputs that are one of the `inputs`, or one file twice. Each output comes with the option that names it.
+///
+/// # Errors
+/// If there is one.
+pub fn keep_inputs(inputs: &[&Path], outputs: &[(&str, &Path)]) -> Result<(), StudyError> {
+    let paths: Vec<&Path> = outputs.iter().map(|(_, path)| *path).collect();
+    outputs::refuse_inputs(&paths, inputs.iter().copied(), IS_INPUT)
+        .and_then(|()| outputs::refuse_repetitions(outputs))
+        .map_err(StudyError::Usage)
+}
+
+/// Refuses a folder for results in which one of the `inputs` has a name that `is_written`.
+///
+/// # Errors
+/// If there is one.
+pub fn keep_inputs_in(
+    folder: &Path,
+    inputs: &[&Path],
+    is_written: impl Fn(&str) -> bool,
+) -> Result<(), StudyError> {
+    // A folder that is not there holds no input; one that cannot be listed is refused when it is written to.
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = entries.filter(|entry| entry.file_name().to_str().is_some_and(&is_written));
+    for path in names.map(|entry| entry.path()) {
+        outputs::refuse_inputs(&[&path], inputs.iter().copied(), IS_INPUT)
+            .map_err(StudyError::Usage)?;
+    }
+    Ok(())
+}
+
+const IS_INPUT: &str = "is an input";
 
 /// The PNG file of `Rgba8UnormSrgb` texels, rows from the top.
 pub fn png(texels: &[u8], [width, height]: [u32; 2]) -> Vec<u8> {

@@ -20,7 +20,7 @@ pub(crate) use tables::modes as modes_table;
 
 use crate::compare::{Comparison, Kind};
 use crate::error::StudyError;
-use crate::output::{OutputFile, create_folder};
+use crate::output::{OutputFile, create_folder, keep_inputs_in};
 
 /// The data, from which all other files are made.
 pub const RESULTS: &str = "results.json";
@@ -29,16 +29,28 @@ pub const PAGE: &str = "report.html";
 /// Folder of the plots as files.
 const FIGURES: &str = "figures";
 
-/// Makes the folder that a report goes to, and makes sure that it can be written.
+/// Makes the folder that a report goes to, and makes sure that it can be written and that no rendering takes the place
+/// of one of the `inputs`.
 ///
 /// # Errors
 /// If it cannot.
-pub fn create(folder: &Path) -> Result<(), StudyError> {
+pub fn create(folder: &Path, inputs: &[&Path]) -> Result<(), StudyError> {
+    keep_inputs_in(folder, inputs, |name| {
+        has_ending(name, &["html", "csv", "md"])
+    })?;
+    keep_inputs_in(&folder.join(FIGURES), inputs, |name| {
+        has_ending(name, &["svg", "png"])
+    })?;
     create_folder(folder)?;
     for file in [RESULTS, PAGE, "results.csv", "report.md"] {
         OutputFile::create(&folder.join(file))?;
     }
     create_folder(&folder.join(FIGURES))
+}
+
+fn has_ending(name: &str, endings: &[&str]) -> bool {
+    name.rsplit_once('.')
+        .is_some_and(|(_, ending)| endings.contains(&ending))
 }
 
 /// The shortest report: a table for a terminal, and who was skipped.

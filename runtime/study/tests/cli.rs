@@ -526,3 +526,91 @@ fn msoc_refuses_what_is_no_replay() {
     assert_eq!(msoc(&[&file, "--isa", "mmx"]).status.code(), Some(2));
     assert_eq!(msoc(&[&file, "--threads", "0"]).status.code(), Some(2));
 }
+
+/// No output of `hroc` may be one of its inputs, whatever name leads to it, and no two may be one file.
+#[test]
+fn inputs_are_not_written_over() {
+    let house = House::new(2);
+    let output = house.hroc(&["path", "rooms.hroc", "orbit", "-o", "fly.json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let (_folder, moc) = replay();
+    fs::copy(moc, house.path("frame.moc")).unwrap();
+    fs::create_dir_all(house.path("out/figures")).unwrap();
+    fs::create_dir(house.path("dump")).unwrap();
+    let sources = ["rooms.hroc", "fly.json", "frame.moc"];
+    for (at, source) in sources.iter().enumerate() {
+        fs::hard_link(house.path(source), house.path(&format!("hard{at}"))).unwrap();
+    }
+    // A report and a dump write files whose names nobody gave.
+    for link in [
+        "dump/00000_item.npy",
+        "out/report.html",
+        "out/figures/x.svg",
+    ] {
+        fs::hard_link(house.path("fly.json"), house.path(link)).unwrap();
+    }
+    let before: Vec<_> = sources
+        .map(|name| fs::read(house.path(name)).unwrap())
+        .into();
+    let run = ["run", "rooms.hroc", "--path", "fly.json"];
+    let mut refused = vec![
+        vec!["path", "rooms.hroc", "orbit", "-o", "rooms.hroc"],
+        vec!["path", "rooms.hroc", "orbit", "-o", "hard0"],
+        vec!["msoc", "frame.moc", "--json=frame.moc"],
+        vec!["msoc", "frame.moc", "--json=hard2"],
+        [&run[..], &["--dump", "dump"]].concat(),
+        [&run[..], &["--json", "x.json", "--png", "out/../x.json"]].concat(),
+        vec!["compare", "rooms.hroc", "--path", "fly.json", "-o", "out"],
+        vec!["study", "rooms.hroc", "--path", "fly.json", "-o", "out"],
+    ];
+    for target in [
+        "rooms.hroc",
+        "fly.json",
+        "hard0",
+        "hard1",
+        "out/../fly.json",
+    ] {
+        for option in ["--json", "--png"] {
+            refused.push([&run[..], &[option, target]].concat());
+        }
+    }
+    for arguments in refused {
+        let output = house.hroc(&arguments);
+        let err = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {err}");
+        let is_told = err.contains("is an input") || err.contains("is written too");
+        assert!(is_told && err.contains("; name another file"), "{err}");
+        let after: Vec<_> = sources
+            .map(|name| fs::read(house.path(name)).unwrap())
+            .into();
+        assert!(after == before, "{arguments:?}");
+        assert!(!house.path("x.json").exists());
+    }
+}
+
+/// Mesa's device selection complains where there is no Wayland server to ask.
+#[test]
+fn nothing_is_printed_for_want_of_a_window_system() {
+    if without_gpu() {
+        return;
+    }
+    let house = House::new(2);
+    let mut command = Command::cargo_bin("hroc").unwrap();
+    let arguments = [
+        "run",
+        "rooms.hroc",
+        "--size",
+        "96x54",
+        "--frames",
+        "1",
+        "--no-truth-cache",
+    ];
+    let output = command
+        .current_dir(house.folder.path())
+        .args(arguments)
+        .env_remove("XDG_RUNTIME_DIR")
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(text(&output.stderr), "");
+}

@@ -2,7 +2,7 @@
 //! the `gltf` crate refuses files whose channels have targets that it does not know.
 
 use super::accessor::Accessors;
-use super::document::Transform;
+use super::document::{Document, Transform};
 use super::{ImportError, Result};
 use glam::DQuat;
 use gltf::json::accessor::Type;
@@ -62,14 +62,15 @@ impl Property {
     }
 }
 
-/// All animations of a file.
-pub(super) fn read(json: &[u8]) -> Result<Vec<Animation>> {
+/// All animations of the document, whose JSON is `json`.
+pub(super) fn read(document: &Document, json: &[u8]) -> Result<Vec<Animation>> {
     #[derive(Deserialize)]
     struct Animations {
         #[serde(default)]
         animations: Vec<Animation>,
     }
-    let read: Animations = serde_json::from_slice(json)
+    let read: Animations = document
+        .read(json)
         .map_err(|error| ImportError::malformed(format!("its animations: {error}")))?;
     Ok(read.animations)
 }

@@ -4,7 +4,7 @@
 
 use super::document::get;
 use super::meshopt::{self, Meshopt};
-use super::{ImportError, Result, extensions};
+use super::{ImportError, Result, extensions, uri};
 use crate::import::folder::{Folder, base64_decode, percent_decode};
 use gltf::json::buffer::{Buffer, View};
 use gltf::json::{Index, Root};
@@ -97,15 +97,10 @@ impl<'a> Buffers<'a> {
     }
 
     fn resolve(&self, uri: &str) -> Result<Vec<u8>> {
-        let Some(data) = uri
-            .get(..5)
-            .filter(|scheme| scheme.eq_ignore_ascii_case("data:"))
-        else {
-            let path = String::from_utf8(percent_decode(uri))
-                .map_err(|_| ImportError::malformed(format!("the URI {uri:?} is not UTF-8")))?;
-            return self.folder.read(&path);
-        };
-        let (kind, text) = uri[data.len()..]
+        if !uri::is_data(uri) {
+            return self.folder.read_first(&uri::file_names(uri)?);
+        }
+        let (kind, text) = uri["data:".len()..]
             .split_once(',')
             .ok_or_else(|| ImportError::malformed("the data URI has no comma"))?;
         if kind.to_ascii_lowercase().ends_with(";base64") {

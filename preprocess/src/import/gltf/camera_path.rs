@@ -38,7 +38,7 @@ pub(super) fn camera_path(
     let root = &document.root;
     let placed = nodes::place(document, None)?;
     let node = find_camera(root, &placed, choice.camera)?;
-    let chain = chain(root, node);
+    let chain = chain(&placed, node);
     let within = |error: ImportError| error.within(named("node", node, &root.nodes[node].name));
     let samplers = find_animation(animations, &chain, choice.animation)?
         .map(|animation| {
@@ -49,6 +49,7 @@ pub(super) fn camera_path(
         .unwrap_or_default();
     let mover = Mover {
         document,
+        world_from_root: placed.world_from_root,
         chain: &chain,
         samplers: &samplers,
     };
@@ -121,24 +122,10 @@ fn find_animation<'a>(
     }
 }
 
-/// The nodes from the root to `node`. The hierarchy is known to be a tree.
-fn chain(root: &Root, node: usize) -> Vec<usize> {
-    let mut parents = vec![None; root.nodes.len()];
-    for (parent, node) in root.nodes.iter().enumerate() {
-        for child in node.children.iter().flatten() {
-            if let Some(place) = parents.get_mut(child.value()) {
-                *place = Some(parent);
-            }
-        }
-    }
-    let mut chain = vec![node];
-    while let Some(parent) = parents[chain[chain.len() - 1]] {
-        // A node above the scene's own root may be anything, a cycle too.
-        if chain.contains(&parent) {
-            break;
-        }
-        chain.push(parent);
-    }
+/// The nodes from the scene's root to `node`.
+fn chain(placed: &nodes::Placed, node: usize) -> Vec<usize> {
+    let above = |&node: &usize| placed.parents[node];
+    let mut chain: Vec<usize> = std::iter::successors(Some(node), above).collect();
     chain.reverse();
     chain
 }
@@ -149,6 +136,7 @@ type Pose = (DVec3, DQuat);
 /// Moves the camera.
 struct Mover<'a> {
     document: &'a Document,
+    world_from_root: DAffine3,
     /// Node by node from the root.
     chain: &'a [usize],
     /// What moves them: place in the chain and sampler.
@@ -158,7 +146,7 @@ struct Mover<'a> {
 impl Mover<'_> {
     /// The pose at `t`, or right before it where it jumps there.
     fn pose(&self, t: f64, before: bool) -> Result<Pose> {
-        let mut world = DAffine3::IDENTITY;
+        let mut world = self.world_from_root;
         for (place, &node) in self.chain.iter().enumerate() {
             let transform = &self.document.transforms[node];
             let mine = self.samplers.iter().filter(|(at, _)| *at == place);

@@ -15,35 +15,38 @@ mod buffers;
 mod camera_path;
 mod decode;
 mod document;
+mod drawing;
 mod extensions;
 mod material;
 mod meshopt;
 mod nodes;
 mod primitive;
 mod skin;
+mod uri;
 
 use super::error::{ImportError, ImportErrorKind, Result};
 use super::folder::Folder;
-use super::{Import, MAX_OBJECTS};
-use crate::camera_path::CameraPath;
-use crate::scene::{SourceCamera, SourceObject};
+use super::{Import, ImportedCamera, MAX_OBJECTS};
 use accessor::Accessors;
 use buffers::Buffers;
-use document::{Document, get};
-use glam::DAffine3;
+use document::{Document, without_bom};
+use drawing::{Drawing, First};
 use gltf::Glb;
-use gltf::json::{Camera, Index, Node, Root};
-use primitive::{Place, Primitives, Skipped};
-use std::path::Path;
-use std::sync::Arc;
+use primitive::Primitives;
+use std::path::{Path, PathBuf};
 
 pub use camera_path::CameraChoice;
+
+/// What reads glTF. A test compares the versions with those in use.
+pub(super) const LOADER: &str = "gltf 1.4.1";
 
 /// File name extensions of glTF.
 pub(super) const EXTENSIONS: [&str; 2] = ["glb", "gltf"];
 
+const GLB_MAGIC: &[u8] = b"glTF";
+
 pub(super) fn is_glb(_: &Path, bytes: &[u8]) -> bool {
-    bytes.starts_with(b"glTF")
+    bytes.starts_with(GLB_MAGIC)
 }
 
 /// A JSON object is taken for glTF whatever its name.
@@ -83,60 +86,84 @@ fn open_glb(bytes: &[u8]) -> Result<Glb<'_>> {
 }
 
 pub(super) fn import_gltf(import: &mut Import<'_>) -> Result<()> {
-    import_document(import, without_bom(import.bytes), None)
+    import_document(import, import.bytes, None)
 }
 
-/// The way of a camera of the file at `path`, which has these `bytes`.
+/// A camera of the file in `folder`, which has these `bytes`.
 pub(super) fn camera_path(
-    path: &Path,
+    folder: &Folder,
     bytes: &[u8],
     choice: CameraChoice<'_>,
-) -> Result<CameraPath> {
+) -> Result<ImportedCamera> {
     let glb;
-    let (json, bin) = if is_glb(path, bytes) {
+    let (json, bin) = if bytes.starts_with(GLB_MAGIC) {
         glb = open_glb(bytes)?;
         (&*glb.json, glb.bin.as_deref())
     } else {
-        (without_bom(bytes), None)
+        (bytes, None)
     };
     let document = Document::parse(json)?;
     extensions::check_version(&document.root)?;
-    let folder = Folder::of(path, 0);
-    let buffers = Buffers::new(&document.root, bin, &folder);
+    let buffers = Buffers::new(&document.root, bin, folder);
     let accessors = Accessors::new(&document.root, &buffers);
-    let animations = animation::read(json)?;
-    camera_path::camera_path(&document, &animations, &accessors, choice)
+    let animations = animation::read(&document, json)?;
+    Ok(ImportedCamera {
+        path: camera_path::camera_path(&document, &animations, &accessors, choice)?,
+        files: named_files(&document, folder).collect(),
+    })
 }
 
-/// The standard forbids a byte-order mark; reading past one harms nobody.
-fn without_bom(bytes: &[u8]) -> &[u8] {
-    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
+/// The files that the document names, whether they are read or not.
+fn named_files(document: &Document, folder: &Folder) -> impl Iterator<Item = PathBuf> {
+    let uris = document.uris().filter(|uri| !uri::is_data(uri));
+    let names = uris.flat_map(|uri| uri::file_names(uri).unwrap_or_default());
+    names.map(|name| folder.beside(&name))
 }
 
 fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> Result<()> {
     let document = Document::parse(json)?;
     let root = &document.root;
     extensions::check_version(root)?;
-    for name in extensions::check_required(root)? {
-        import.warn(format_args!(
-            "{name} is required by the file, but does not touch geometry; ignored"
-        ));
+    for warning in extensions::check(root)? {
+        import.warn(warning);
     }
+    let unread = named_files(&document, import.folder);
+    import.scene.unread_files.extend(unread);
     let buffers = Buffers::new(root, bin, import.folder);
     let accessors = Accessors::new(root, &buffers);
-    let mut drawing = Drawing {
-        root,
-        primitives: Primitives::new(accessors, import.options),
-        skipped: Skipped::default(),
-        unskinned: 0,
-        first_mesh: import.scene.meshes.len(),
+    let first_material = import.scene.materials.names.len();
+    let names = root.materials.iter().enumerate();
+    let names = names.map(|(number, material)| match &material.name {
+        Some(name) if !name.is_empty() => name.clone(),
+        _ => format!("material {number}"),
+    });
+    import.scene.materials.names.extend(names);
+    let primitives = Primitives::new(accessors, import.options);
+    let first = First {
+        mesh: import.scene.meshes.len(),
+        material: first_material,
     };
+    let mut drawing = Drawing::new(root, primitives, first);
     let placed = nodes::place(&document, import.options.scene.as_deref())?;
     if placed.hidden > 0 {
         import.warn(format_args!(
             "nodes that KHR_node_visibility hides, left out: {}",
             placed.hidden
         ));
+    }
+    for (count, what) in [
+        (
+            placed.listed_again,
+            "nodes listed twice, or by the scene and below another node of it, drawn once",
+        ),
+        (
+            placed.detached,
+            "nodes of the scene below nodes outside it, drawn without the transform of those",
+        ),
+    ] {
+        if count > 0 {
+            import.warn(format_args!("{what}: {count}"));
+        }
     }
     if root.scenes.is_empty() && !root.nodes.is_empty() {
         import.warn("the file has no scene; all its root nodes are taken");
@@ -147,7 +174,7 @@ fn import_document(import: &mut Import<'_>, json: &[u8], bin: Option<&[u8]>) -> 
             .map_err(|error| error.within(named("node", node, &root.nodes[node].name)))?;
     }
     drawing.warn(import);
-    let meshes = drawing.primitives.decode(|place, error| {
+    let meshes = drawing.decode(|place, error| {
         let mesh = named("mesh", place.mesh, &root.meshes[place.mesh].name);
         let node = named("node", place.node, &root.nodes[place.node].name);
         error
@@ -163,184 +190,5 @@ fn named(what: &str, index: usize, name: &Option<String>) -> String {
     match name {
         Some(name) if !name.is_empty() => format!("{what} {index} {name:?}"),
         _ => format!("{what} {index}"),
-    }
-}
-
-/// Turns nodes into objects and cameras.
-struct Drawing<'a> {
-    root: &'a Root,
-    primitives: Primitives<'a>,
-    skipped: Skipped,
-    /// Skinned nodes drawn without their skin.
-    unskinned: usize,
-    /// Meshes of the files before this one.
-    first_mesh: usize,
-}
-
-impl Drawing<'_> {
-    fn node(
-        &mut self,
-        import: &mut Import<'_>,
-        placed: &nodes::Placed,
-        index: usize,
-        world_from_node: DAffine3,
-    ) -> Result<()> {
-        let node = &self.root.nodes[index];
-        if let Some(camera) = node.camera {
-            self.camera(import, node, camera, world_from_node)?;
-        }
-        let Some(mesh_index) = node.mesh else {
-            return Ok(());
-        };
-        let mesh = get(self.root, mesh_index, "mesh")?;
-        let place = || named("mesh", mesh_index.value(), &mesh.name);
-
-        let skin = self.skin(placed, node)?;
-        let instances = match skin {
-            None => self.instances(node)?,
-            Some(_) => None,
-        };
-        let weights = node.weights.as_ref().or(mesh.weights.as_ref());
-
-        // Read every primitive once, before the instances multiply it.
-        let mut parts = Vec::new();
-        for (primitive_index, primitive) in mesh.primitives.iter().enumerate() {
-            let place = || format!("{}, primitive {primitive_index}", place());
-            let deform = primitive::Deform {
-                weights,
-                skin: skin.as_ref().map(|joints| (index, joints)),
-            };
-            let mesh = self
-                .primitives
-                .read(
-                    primitive,
-                    Place {
-                        node: index,
-                        mesh: mesh_index.value(),
-                        primitive: primitive_index,
-                    },
-                    deform,
-                    &mut self.skipped,
-                )
-                .map_err(|error| error.within(place()))?;
-            let Some(mesh) = mesh else { continue };
-            let look = material::look(self.root, primitive.material)
-                .map_err(|error| error.within(place()))?;
-            parts.push((primitive_index, self.first_mesh + mesh, look));
-        }
-
-        let name = [&node.name, &mesh.name]
-            .into_iter()
-            .flatten()
-            .find(|name| !name.is_empty());
-        let name = name.map(String::as_str).unwrap_or_default();
-        let file = import.file;
-        let objects = &mut import.scene.objects;
-        let count = parts
-            .len()
-            .saturating_mul(instances.as_ref().map_or(1, Vec::len));
-        if objects.len().saturating_add(count) > MAX_OBJECTS {
-            let what = format!("the scene has more than {MAX_OBJECTS} objects");
-            return Err(ImportError::new(ImportErrorKind::TooLarge, what));
-        }
-        let mut draw = |world_from_object: DAffine3, name: &str| {
-            objects.extend(parts.iter().map(|&(primitive, mesh, look)| SourceObject {
-                mesh,
-                world_from_object,
-                base_color: look.base_color,
-                alpha: look.alpha,
-                double_sided: look.double_sided,
-                name: name.to_owned(),
-                file,
-                node: index,
-                primitive,
-            }));
-        };
-        match (instances, skin) {
-            (_, Some(_)) => draw(DAffine3::IDENTITY, name),
-            (None, None) => draw(world_from_node, name),
-            (Some(instances), None) => {
-                for (number, node_from_instance) in instances.into_iter().enumerate() {
-                    draw(
-                        world_from_node * node_from_instance,
-                        &format!("{name}[{number}]"),
-                    );
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// The transforms of a node's instances; `None` for a node that is drawn once.
-    fn instances(&self, node: &Node) -> Result<Option<Vec<DAffine3>>> {
-        const NAME: &str = "EXT_mesh_gpu_instancing";
-        let Some(extensions) = &node.extensions else {
-            return Ok(None);
-        };
-        extensions::read(&extensions.others, &[NAME])?
-            .map(|instancing| nodes::instances(self.primitives.accessors(), &instancing))
-            .transpose()
-            .map_err(|error| error.within(NAME))
-    }
-
-    /// The joint matrices of a skinned node; `None` for others and where the skin cannot be applied.
-    fn skin(&mut self, placed: &nodes::Placed, node: &Node) -> Result<Option<Arc<skin::Joints>>> {
-        let Some(index) = node.skin else {
-            return Ok(None);
-        };
-        let skin = get(self.root, index, "skin")?;
-        let joints = skin::joints(self.primitives.accessors(), skin, placed)
-            .map_err(|error| error.within(named("skin", index.value(), &skin.name)))?;
-        self.unskinned += usize::from(joints.is_none());
-        Ok(joints.map(Arc::new))
-    }
-
-    fn camera(
-        &self,
-        import: &mut Import<'_>,
-        node: &Node,
-        index: Index<Camera>,
-        world_from_node: DAffine3,
-    ) -> Result<()> {
-        let camera = get(self.root, index, "camera")?;
-        let name = [&node.name, &camera.name]
-            .into_iter()
-            .flatten()
-            .find(|name| !name.is_empty());
-        let (perspective, orthographic) =
-            (camera.perspective.as_ref(), camera.orthographic.as_ref());
-        let (near, far) = match (perspective, orthographic) {
-            (Some(lens), _) => (lens.znear, lens.zfar.unwrap_or(f32::INFINITY)),
-            (None, Some(lens)) => (lens.znear, lens.zfar),
-            (None, None) => (0.0, 0.0),
-        };
-        let source = SourceCamera {
-            name: name.cloned().unwrap_or_default(),
-            position: world_from_node.translation,
-            orientation: nodes::rotation(&world_from_node),
-            fov_y_rad: perspective.map_or(0.0, |lens| lens.yfov),
-            half_height: orthographic.map_or(0.0, |lens| lens.ymag),
-            near,
-            far,
-        };
-        if source.is_usable() {
-            import.scene.cameras.push(source);
-        } else {
-            import.warn(format_args!("camera {index} has no usable lens; left out"));
-        }
-        Ok(())
-    }
-
-    fn warn(&self, import: &mut Import<'_>) {
-        self.skipped
-            .warnings()
-            .into_iter()
-            .for_each(|warning| import.warn(warning));
-        if self.unskinned > 0 {
-            import.warn(format_args!(
-                "skinned nodes with joints outside the scene, drawn under their own transform: {}",
-                self.unskinned
-            ));
-        }
     }
 }

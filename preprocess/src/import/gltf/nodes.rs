@@ -1,7 +1,7 @@
 //! The node hierarchy (section 3.5): world transforms in f64, depth first, without recursion.
 
 use super::accessor::Accessors;
-use super::document::{Document, Transform, get};
+use super::document::{Document, Transform, get, known};
 use super::{ImportError, ImportErrorKind, MAX_OBJECTS, Result, extensions};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use gltf::json::accessor::Type;
@@ -21,8 +21,16 @@ pub(super) struct Placed {
     pub(super) drawn: Vec<(usize, DAffine3)>,
     /// Where each node of the file lies; `None` for those outside the scene.
     pub(super) world_from_node: Vec<Option<DAffine3>>,
+    /// The parent of each node within the scene.
+    pub(super) parents: Vec<Option<usize>>,
+    /// World from the space of the scene's root nodes.
+    pub(super) world_from_root: DAffine3,
     /// Nodes of the scene that are not to be seen.
     pub(super) hidden: usize,
+    /// Nodes that the scene lists although other nodes of the scene have them below them, or that are listed twice.
+    pub(super) listed_again: usize,
+    /// Nodes of the scene that are children of nodes outside it, whose transforms do not count.
+    pub(super) detached: usize,
 }
 
 /// `KHR_node_visibility`: a hidden node hides what is below it.
@@ -82,50 +90,132 @@ pub(super) fn place(document: &Document, choice: Option<&str>) -> Result<Placed>
             roots.map(|(node, _)| Index::new(node)).collect()
         }
     };
+    let world_from_root = DAffine3::from_translation(extensions::rtc_center(root)?);
+    if !world_from_root.is_finite() {
+        return Err(ImportError::malformed("its center is not finite").within(extensions::RTC));
+    }
     let mut placed = Placed {
         drawn: Vec::new(),
         world_from_node: vec![None; nodes.len()],
+        parents: vec![None; nodes.len()],
+        world_from_root,
         hidden: 0,
+        listed_again: 0,
+        detached: 0,
     };
-    let mut waiting: Vec<(Index<Node>, DAffine3, bool)> = roots
+    // A scene may list only root nodes. Some exporters list every node; as viewers do, each is drawn once, in its
+    // place below its parent.
+    let is_below = below(root, &roots)?;
+    let mut waiting: Vec<Waiting> = roots
         .iter()
         .rev()
-        .map(|&node| (node, DAffine3::IDENTITY, true))
+        .filter(|root| !is_below[root.value()])
+        .map(|&index| Waiting {
+            index,
+            parent: None,
+            world_from_parent: world_from_root,
+            parent_is_visible: true,
+        })
         .collect();
+    placed.listed_again = roots.len() - waiting.len();
     // Every node expands at most once, so the loop ends whatever the file says about its children.
-    while let Some((index, world_from_parent, parent_is_visible)) = waiting.pop() {
+    while let Some(entry) = waiting.pop() {
+        let index = entry.index;
         let node = get(root, index, "node")?;
         let fault = |what: &str| ImportError::malformed(what).within(format_args!("node {index}"));
-        let place = &mut placed.world_from_node[index.value()];
-        if place.is_some() {
+        if placed.world_from_node[index.value()].is_some() {
+            if placed.parents[index.value()] == entry.parent {
+                placed.listed_again += 1;
+                continue;
+            }
             return Err(fault(
-                "is reached twice: it has several parents, or is its own ancestor",
+                &placed.why_reached_again(index.value(), entry.parent),
             ));
         }
         // Both lists come from the same JSON array.
         let parent_from_node = local(&document.transforms[index.value()]);
-        let world_from_node = world_from_parent
+        let world_from_node = entry.world_from_parent
             * parent_from_node.ok_or_else(|| fault("its matrix is not affine"))?;
         if !world_from_node.is_finite() {
             return Err(fault("its transform is not finite"));
         }
-        *place = Some(world_from_node);
-        let is_visible = parent_is_visible
+        placed.world_from_node[index.value()] = Some(world_from_node);
+        placed.parents[index.value()] = entry.parent;
+        let is_visible = entry.parent_is_visible
             && Visibility::of(node).map_err(|error| error.within(format_args!("node {index}")))?;
         if is_visible {
             placed.drawn.push((index.value(), world_from_node));
         } else {
             placed.hidden += 1;
         }
-        waiting.extend(
-            node.children
-                .iter()
-                .flatten()
-                .rev()
-                .map(|&child| (child, world_from_node, is_visible)),
-        );
+        waiting.extend(node.children.iter().flatten().rev().map(|&child| Waiting {
+            index: child,
+            parent: Some(index.value()),
+            world_from_parent: world_from_node,
+            parent_is_visible: is_visible,
+        }));
     }
-    Ok(placed)
+    let outside = nodes
+        .iter()
+        .zip(&placed.world_from_node)
+        .filter(|(_, world)| world.is_none());
+    let children = outside.flat_map(|(node, _)| node.children.iter().flatten());
+    let is_placed =
+        |child: &Index<Node>| matches!(placed.world_from_node.get(child.value()), Some(Some(_)));
+    placed.detached = children.filter(|child| is_placed(child)).count();
+    // Nodes that are listed and below others, yet below no root: they lie on a cycle.
+    match roots
+        .iter()
+        .find(|root| placed.world_from_node[root.value()].is_none())
+    {
+        Some(root) => {
+            Err(ImportError::malformed("is its own ancestor").within(format_args!("node {root}")))
+        }
+        None => Ok(placed),
+    }
+}
+
+/// A node to be placed.
+struct Waiting {
+    index: Index<Node>,
+    parent: Option<usize>,
+    world_from_parent: DAffine3,
+    parent_is_visible: bool,
+}
+
+/// Whether each node is a child of a node of the scene.
+fn below(root: &Root, roots: &[Index<Node>]) -> Result<Vec<bool>> {
+    let mut is_below = vec![false; root.nodes.len()];
+    let mut is_expanded = is_below.clone();
+    let mut waiting: Vec<Index<Node>> = roots.to_vec();
+    while let Some(index) = waiting.pop() {
+        let node = get(root, index, "node")?;
+        if std::mem::replace(&mut is_expanded[index.value()], true) {
+            continue;
+        }
+        for &child in node.children.iter().flatten() {
+            get(root, child, "node")?;
+            is_below[child.value()] = true;
+            waiting.push(child);
+        }
+    }
+    Ok(is_below)
+}
+
+impl Placed {
+    /// Why the hierarchy is no tree: `node`, which is placed, is a child of `parent` too.
+    fn why_reached_again(&self, node: usize, parent: Option<usize>) -> String {
+        let ancestors = std::iter::successors(parent, |&node| self.parents[node]);
+        if ancestors.into_iter().any(|ancestor| ancestor == node) {
+            return "is its own ancestor".into();
+        }
+        let name = |parent: Option<usize>| match parent {
+            Some(parent) => format!("a child of node {parent}"),
+            None => "a root of the scene".into(),
+        };
+        let (first, second) = (name(self.parents[node]), name(parent));
+        format!("is {first} and {second}, but a node has one parent")
+    }
 }
 
 /// The node's transform within its parent; `None` for a projective matrix.
@@ -186,10 +276,14 @@ pub(super) fn instances(
         .into_iter()
         .flatten()
         .map(|elements| elements.count());
-    let Some(count) = counts.next() else {
-        return Err(ImportError::malformed(
-            "has none of TRANSLATION, ROTATION and SCALE",
-        ));
+    // All three are optional; attributes of the application's own say how many there are too.
+    let count = match (counts.next(), instancing.attributes.values().next()) {
+        (Some(count), _) => count,
+        (None, Some(&accessor)) => {
+            let shape = known(accessors.declared(accessor)?.type_, "type")?;
+            accessors.open(accessor, shape)?.count()
+        }
+        (None, None) => return Err(ImportError::malformed("has no attributes")),
     };
     if let Some(other) = counts.find(|&other| other != count) {
         return Err(ImportError::malformed(format!(

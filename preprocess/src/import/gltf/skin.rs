@@ -1,5 +1,6 @@
-//! Skins (section 3.7.3): a skinned mesh is taken in the pose that the file's nodes stand in. Its
-//! vertices go straight to the world; its own node's transform does not count.
+//! Skins (section 3.7.3): a skinned mesh is taken in the pose that the file's nodes stand in. Its vertices go straight
+//! to the world, and its own node's transform does not count. They are stored from the place of the skin's first joint,
+//! because the world may be too large for their precision.
 
 use super::accessor::{Accessors, Elements};
 use super::nodes::Placed;
@@ -9,8 +10,13 @@ use glam::{DAffine3, DMat3, DMat4, DVec3};
 use gltf::json::accessor::Type;
 use gltf::json::{Index, Node, Skin};
 
-/// World from the space the mesh was bound in, per joint.
-pub(super) struct Joints(Vec<DAffine3>);
+/// The joints of a skin.
+pub(super) struct Joints {
+    /// World from the space the mesh was bound in, less `origin`; at least one.
+    matrices: Vec<DAffine3>,
+    /// Where the first joint is.
+    origin: DVec3,
+}
 
 /// One set of four joints and weights per vertex.
 pub(super) struct Weights<'a> {
@@ -36,6 +42,7 @@ pub(super) fn joints(
             "has fewer inverse bind matrices than joints",
         ));
     }
+    let world_from_joint = |node: &Index<Node>| *placed.world_from_node.get(node.value())?;
     let joint = |(number, node): (usize, &Index<Node>)| {
         let joint_from_mesh = inverse_bind
             .as_ref()
@@ -44,14 +51,33 @@ pub(super) fn joints(
                     &matrices.floats::<16>(number).map(f64::from),
                 ))
             });
-        Some((*placed.world_from_node.get(node.value())?)? * joint_from_mesh)
+        Some((world_from_joint(node)?, joint_from_mesh))
     };
-    let joints: Option<Vec<DAffine3>> = skin.joints.iter().enumerate().map(joint).collect();
-    Ok(joints.filter(|joints| !joints.is_empty()).map(Joints))
+    let joints: Option<Vec<_>> = skin.joints.iter().enumerate().map(joint).collect();
+    let Some((joints, &(first, _))) = joints
+        .as_ref()
+        .and_then(|joints| Some((joints, joints.first()?)))
+    else {
+        return Ok(None);
+    };
+    let origin = first.translation;
+    let matrix = |&(mut world_from_joint, joint_from_mesh): &(DAffine3, DAffine3)| {
+        world_from_joint.translation -= origin;
+        world_from_joint * joint_from_mesh
+    };
+    Ok(Some(Joints {
+        matrices: joints.iter().map(matrix).collect(),
+        origin,
+    }))
 }
 
 impl Joints {
-    /// Moves the vertices `used` of a primitive to the world.
+    /// World from the space that the vertices are moved to.
+    pub(super) fn world_from_vertices(&self) -> DAffine3 {
+        DAffine3::from_translation(self.origin)
+    }
+
+    /// Moves the vertices `used` of a primitive to where the joints hold them.
     pub(super) fn apply(
         &self,
         mesh: &mut SourceMesh,
@@ -59,12 +85,12 @@ impl Joints {
         used: &[u32],
     ) -> Result<()> {
         for (at, &vertex) in used.iter().enumerate() {
-            let world_from_mesh = self.blend(sets, vertex as usize)?;
+            let posed_from_mesh = self.blend(sets, vertex as usize)?;
             let position = DVec3::from(mesh.positions[at].map(f64::from));
-            mesh.positions[at] = world_from_mesh.transform_point3(position).as_vec3().into();
+            mesh.positions[at] = posed_from_mesh.transform_point3(position).as_vec3().into();
             if let Some(normal) = mesh.normals.get_mut(at) {
                 // Normals go by the cofactors, which exist even for a flattening matrix.
-                let normal_map = cofactors(&world_from_mesh.matrix3);
+                let normal_map = cofactors(&posed_from_mesh.matrix3);
                 *normal = (normal_map * DVec3::from(normal.map(f64::from)))
                     .as_vec3()
                     .into();
@@ -85,8 +111,8 @@ impl Joints {
                 .zip(weights)
                 .filter(|(_, weight)| *weight != 0.0)
             {
-                let matrix = self.0.get(joint as usize).ok_or_else(|| {
-                    let count = self.0.len();
+                let matrix = self.matrices.get(joint as usize).ok_or_else(|| {
+                    let count = self.matrices.len();
                     ImportError::malformed(format!("vertex {vertex} uses joint {joint} of {count}"))
                 })?;
                 sum += DMat4::from(*matrix) * f64::from(weight);
@@ -94,7 +120,7 @@ impl Joints {
             }
         }
         Ok(if total == 0.0 {
-            self.0[0]
+            self.matrices[0]
         } else {
             DAffine3::from_mat4(sum * (1.0 / total))
         })

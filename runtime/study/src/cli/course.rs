@@ -13,6 +13,7 @@ use crate::compare::{Comparison, Kind, SceneTrees, Selection, unique};
 use crate::error::{StudyError, exit};
 use crate::gpu::{Gpu, GpuOptions};
 use crate::gpu_clock::ClockChoice;
+use crate::output::keep_inputs_in;
 use crate::report;
 use crate::run::Course;
 use crate::truth::TruthCache;
@@ -88,7 +89,14 @@ impl CourseArguments {
         fits: impl Fn(&Path, &BakedScene) -> Result<(), StudyError>,
     ) -> Result<u8, StudyError> {
         let entries = self.entries(fits)?;
-        report::create(&self.output)?;
+        let inputs: Vec<&Path> = self
+            .scenes
+            .iter()
+            .chain(&self.path)
+            .map(PathBuf::as_path)
+            .collect();
+        keep_inputs_in(&self.output, &inputs, |name| name == report::RESULTS)?;
+        report::create(&self.output, &inputs)?;
         let earlier = self.output.join(report::RESULTS);
         let earlier = (self.resume && earlier.exists()).then(|| Comparison::load(&earlier));
         let earlier = earlier.transpose()?.filter(|earlier| earlier.kind == kind);

@@ -9,6 +9,7 @@ use hroc_msoc::{IsaName, Mode};
 
 use super::{Destination, JsonOutput, to_stdout};
 use crate::error::{StudyError, exit};
+use crate::output::keep_inputs;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -64,6 +65,9 @@ fn parse_isa(name: &str) -> Result<IsaName, String> {
 
 pub(super) fn msoc(arguments: &MsocArguments) -> Result<u8, StudyError> {
     let replay = Replay::open(&arguments.file)?;
+    if let Some(file) = arguments.json.as_ref().and_then(Destination::file) {
+        keep_inputs(&[&arguments.file], &[("--json", file)])?;
+    }
     let json = arguments.json.as_ref().map(JsonOutput::open).transpose()?;
     let options = RunOptions {
         mode: match arguments.mode {

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use super::{Destination, open_scene, to_stdout};
 use crate::camera_path::{orbit, walk_in};
 use crate::error::{StudyError, exit};
-use crate::output::OutputFile;
+use crate::output::{OutputFile, keep_inputs};
 
 /// Options of `hroc path`.
 #[derive(Debug, Args)]
@@ -31,6 +31,9 @@ enum Standard {
 
 pub(super) fn path(arguments: &PathArguments) -> Result<u8, StudyError> {
     let baked = open_scene(&arguments.scene)?;
+    if let Some(file) = arguments.output.file() {
+        keep_inputs(&[&arguments.scene], &[("--output", file)])?;
+    }
     let path = match arguments.kind {
         Standard::WalkIn => walk_in(baked.scene()),
         Standard::Orbit => orbit(baked.scene()),

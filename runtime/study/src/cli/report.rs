@@ -1,6 +1,6 @@
 //! `hroc report`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -34,6 +34,7 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<u8, StudyError> {
         }
         comparison.join(other);
     }
-    report::create(&arguments.output)?;
+    let inputs: Vec<&Path> = arguments.results.iter().map(PathBuf::as_path).collect();
+    report::create(&arguments.output, &inputs)?;
     finish(&arguments.output, &comparison)
 }

@@ -261,7 +261,20 @@ struct Outputs {
 
 impl Outputs {
     fn open(arguments: &RunArguments) -> Result<Self, StudyError> {
+        let inputs = [arguments.scene.as_path(), &arguments.path];
+        let files = [
+            (
+                "--json",
+                arguments.json.as_ref().and_then(Destination::file),
+            ),
+            ("--png", arguments.png.as_deref()),
+        ];
+        let files = files
+            .into_iter()
+            .filter_map(|(option, file)| Some((option, file?)));
+        output::keep_inputs(&inputs, &files.collect::<Vec<_>>())?;
         if let Some(folder) = &arguments.dump {
+            output::keep_inputs_in(folder, &inputs, |name| name.ends_with(".npy"))?;
             output::create_folder(folder)?;
         }
         let json = arguments.json.as_ref().map(JsonOutput::open).transpose()?;
