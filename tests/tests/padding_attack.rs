@@ -12,6 +12,7 @@ use hroc_tests::attack::situation::{Genome, Range, Situation};
 const ANYTHING: Range = Range {
     name: "anything",
     coordinates: [1e-3, 1e6],
+    turn: 1.0,
     distance: [1e-3, 1e6],
     extent: [1e-6, 0.7],
     sides: [1.0, 4096.0],
@@ -52,6 +53,7 @@ const BESIDE_THE_EYE: Range = Range {
 const DEEP: Range = Range {
     name: "deep triangles",
     coordinates: [1e-1, 1e2],
+    turn: 0.01,
     distance: [1e0, 1e2],
     extent: [0.9, 0.9999],
     sides: [8.0, 64.0],
@@ -214,8 +216,8 @@ fn true_fragments_are_kept() {
     kept(&ROUNDING, &BOUNDS_WORLD, 0.001);
     kept(&BESIDE_THE_EYE, &BOUNDS, 0.01);
     kept(&ANYTHING, &DEPTH, 0.3);
-    kept(&DEEP, &DEPTH, 0.6);
-    kept(&DEEP, &DEEPEST, 0.6);
+    kept(&DEEP, &DEPTH, 0.4);
+    kept(&DEEP, &DEEPEST, 0.5);
 }
 
 /// The rasterized box of bounds covers every position whose ray the slab test lets meet them.

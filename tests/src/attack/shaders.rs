@@ -79,7 +79,8 @@ pub struct Lens {
     direction: [DVec3; 3],
     along: DVec4,
     size: DVec2,
-    near: f64,
+    /// The ray parameter at the near plane.
+    pub near: f64,
     /// From the zero of eye-relative positions to that of the cell.
     zero: DVec3,
     /// Everywhere, per reach, per depth: of what rays are tested against and of what is rasterized.

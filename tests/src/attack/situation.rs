@@ -28,6 +28,8 @@ pub struct Range {
     pub name: &'static str,
     /// Coordinates of the eye, world.
     pub coordinates: [f64; 2],
+    /// How far the camera turns from the axes, 1 for every way.
+    pub turn: f64,
     /// From the eye to the box, world.
     pub distance: [f64; 2],
     /// Half the extent of the box, distances.
@@ -96,9 +98,9 @@ impl Situation {
         let position = f32s(g.vector() * scale);
         let orientation = DQuat::from_euler(
             glam::EulerRot::YXZ,
-            g.within(-3.2, 3.2),
-            g.within(-1.6, 1.6),
-            g.within(-3.2, 3.2),
+            g.within(-3.2, 3.2) * range.turn,
+            g.within(-1.6, 1.6) * range.turn,
+            g.within(-3.2, 3.2) * range.turn,
         );
         let size = [(); 2].map(|()| g.magnitude([range.sides[0], range.sides[1] + 1.0]) as u32);
         let distance = g.magnitude(range.distance);
@@ -131,8 +133,14 @@ impl Situation {
         let at = position + orientation * DVec3::new(x * tangent * aspect, y * tangent, -distance);
         let largest = distance * g.magnitude(range.extent);
         let half = DVec3::from_array([(); 3].map(|()| {
-            let flat = g.unit() < 0.2;
-            largest * if flat { 0.0 } else { g.magnitude([1e-4, 1.0]) }
+            let kind = g.unit();
+            let share = g.magnitude([1e-4, 1.0]);
+            largest
+                * match kind {
+                    ..0.2 => 0.0,
+                    0.8.. => 1.0,
+                    _ => share,
+                }
         }));
         let triangle = [(); 3].map(|()| DVec3::from_array([(); 3].map(|()| g.unit())));
         // Anywhere in the triangle; at a vertex or on a side as likely as inside.
@@ -210,7 +218,8 @@ impl Situation {
             } else {
                 self.lens.clip_near(dice, clips[inside], clips[i])
             };
-            if clip.w <= 0.0 {
+            // Nothing is said of a corner on the near plane whose w is rounding for the most part.
+            if clip.w < 0.5 * self.lens.near {
                 return None;
             }
             let vertex = self.lens.on_screen(dice, clip);
@@ -219,6 +228,10 @@ impl Situation {
             deepest = deepest.max(vertex.depth.abs());
         }
         let error = if self.snapped[0].x > 0.0 { 1.0 } else { -1.0 };
+        // What lies behind the far plane is clipped, but for what rounding lets pass.
+        if !(-16.0 * U..=1.0 + 16.0 * U).contains(&depth) {
+            return None;
+        }
         let depth = dice
             .round(depth + error * 2.0 * U * deepest)
             .clamp(0.0, 1.0);
