@@ -5,9 +5,12 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 /// How depth is stored. It decides the clear value, the comparison and the projection matrix.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum DepthConvention {
-    /// Near plane 0, far plane 1; nearer is smaller.
+    /// Near plane 0, far plane 1; nearer is smaller. In perspective nearly all depths are close to 1, where f32 is
+    /// coarse: at 60 m with the near plane at 5 mm a step of it is 45 mm, and tests must take for visible
+    /// what lies several metres behind what shows. Every method culls less.
     Standard,
-    /// Near plane 1, far plane 0; nearer is larger. Keeps f32 precision in the distance.
+    /// Near plane 1, far plane 0; nearer is larger. Keeps f32 precision in the distance: at 60 m tests look a third
+    /// of a millimetre behind what shows. Use it in perspective.
     #[default]
     Reversed,
 }

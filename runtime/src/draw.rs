@@ -197,7 +197,9 @@ impl<'a> Draw<'a> {
 /// The shaders include `object.wgsl` of hroc-shaders: the vertex shader transforms by its functions, the
 /// fragment shader discards what `hroc_keeps` refuses and writes the object's id to the item buffer. Depth
 /// is compared by [`DepthConvention::nearer`] and written. Every pass of a frame uses the same pipeline
-/// arithmetic. No fragment shader forces the early depth test, as it discards: see mark.wgsl. Objects that an
+/// arithmetic. The tolerance of depth comparisons is derived for the whole depth range, 0 to 1 (that of the viewport),
+/// no depth bias, and primitives that are clipped (`unclipped_depth: false`); with anything else methods may hide what
+/// shows. No fragment shader forces the early depth test, as it discards: see mark.wgsl. Objects that an
 /// alpha test cuts holes into are in the same lists and discard likewise.
 ///
 /// [`Stage::RENDER_BLENDED`] is different: its objects are blended over the rest, with the same comparison of

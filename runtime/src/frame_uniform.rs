@@ -15,9 +15,9 @@
 //!
 //! `d` is a finite number, because `hroc_keeps` refuses any other. A rasterizer that divides by the area of a triangle
 //! before it snaps the corners finds infinity or NaN where they lie on one line, and snapping can give that triangle
-//! pixels to cover. The argument cannot speak of such a fragment: all comparisons with NaN are false, `clamp` makes 0 or
-//! 1 of it, and the depth buffer holds 0 or 1 as the driver likes. No true fragment is refused: its depth lies
-//! between the depths of the triangle's clipped corners, and they are finite.
+//! pixels to cover. The argument cannot speak of such a fragment: all comparisons with NaN are false, `clamp` makes 0
+//! or 1 of it, and the depth buffer holds 0 or 1 as the driver likes. No true fragment is refused: its depth lies
+//! between those of the triangle's clipped corners, and they are finite.
 //!
 //! Roundoff unit `u = 2^-23` (Vulkan lets an operation return either neighbour); `a` is the tangent of half the larger
 //! field of view, jitter included (0 for an orthographic camera); `W` is the larger side of the image in pixels. A step
@@ -79,7 +79,7 @@
 //! - A component of the direction errs by `u (2 + 4 (a_x + a_y))` in each: a fifth of `20 u (1 + 3 (a_x + a_y))`.
 //!   Likewise the origin's part that grows with the half extents of an orthographic image.
 //! - The ends of the interval, `6 u` each, in each: `24 u` (`SLAB_WIDENING` in common/bounds.wgsl).
-//! - Depth along the ray is two products, two sums and a division of 2.5 ulp: `6 u` of the depth in each.
+//! - Depth along the ray: see "Depth tolerance".
 //!
 //! # Clipping
 //!
@@ -105,12 +105,50 @@
 //!
 //! # Depth tolerance
 //!
-//! The depth buffer holds `(z + e_z) / (w + e_w)`. Writing `w' = w + e_w`, this is the depth of the point
-//! moved to `w'` (point 2 covers the move) plus `(e_z - z_scale e_w) / w'`, of `4.5 u (|z_scale| 2 S +
-//! |z_offset|)`; for an infinite reversed projection it is relative, a few ulps. The
-//! interpolation across a triangle and the buffer's format add ulps of the largest depth of the triangle (`2 u`)
-//! and of the value itself (`8 u`). Tests take twice the first two and `24 u` of the value: half is for the
-//! fragment, the other for the test's own rounding.
+//! What a fragment's depth may err by, where the depth buffer holds f32 from 0 to 1 and neither bias nor unclipped
+//! depth is used ([`Drawer`](crate::Drawer) asks for that):
+//!
+//! 1. *Transform.* A corner has the depth `(z + e_z) / (w + e_w)`. Writing `w' = w + e_w`, this is the depth of the
+//!    point moved to `w'` (the padding covers the move) plus `(e_z - z_scale e_w) / w'`. The rows of z and w go along
+//!    the view, so both errors go by `R = sum |f_i| |x_i| + |f . eye|` for the view direction `f`: together
+//!    `4.5 u (2 |z_scale| R + |z_offset|) / w'`. A corner that clipping makes adds `3 u` of the same. Depth and `1 / w`
+//!    are both linear in the image, so a fragment inside has that bound with its own w.
+//! 2. *Interpolation.* The weights of three corners err by `2 u` together, of the largest depth of the clipped
+//!    triangle.
+//! 3. *The value itself.* The division by w (`2.5 u`), the viewport's depth range and the buffer's rounding: `4 u`.
+//!
+//! The test's own depth along the ray comes from two products, two sums and a division, and from coefficients that are
+//! rounded: `7 u` of the value, and `u |z_scale|` where its terms cancel.
+//!
+//! All of it goes by the box. The reach of the padded box along the view bounds `R`, and w where the ray enters is no
+//! larger than the fragment's. For the largest depth, reversed depth in perspective gives `|z_offset| / n` or less, where
+//! `n` is the view depth of the box's nearest point: every corner is in the padded box. One that clipping at the near
+//! plane makes has a depth of 1, as has `n` then, or up to twice that, as `3 u R` may be half of the plane's distance.
+//! (Where it is more, its depth is rounding for the most part, and nothing is said.) So an object is granted what its own
+//! nearest point needs: at 60 m, with an infinite far plane, a third of a millimetre. With standard depth everything but
+//! the nearest is close to 1, and nothing better than 1 can be said; likewise for an orthographic camera, where depth is
+//! linear and the other terms are as large.
+//!
+//! | term | a fragment, and the test that keeps it, err by | granted |
+//! |---|---|---|
+//! | transform, over w | `(4.5 + 3 + 0.5) u (2 \|z_scale\| R + \|z_offset\|)` | `16 u` of that |
+//! | largest depth, reversed in perspective | `2 * 2 u \|z_offset\| / n` | `8 u` of that |
+//! | largest depth, otherwise | `2 u` | `4 u` |
+//! | the value itself | `(4 + 7) u` | `24 u` |
+//!
+//! `hroc_keeps` asks with half of each. The other half is for a second test of the same ray, which errs by as much as
+//! the first: by `12 u` of the value together, and where terms cancel by less than what goes over w. The second test may
+//! be that of an ancestor. Its box contains the leaf's, so its reach is no smaller; and it is granted twice what
+//! `hroc_keeps` took, far more than the few `u` by which a tolerance itself is rounded. Its nearest point is no
+//! farther: either finds `n` with `6 u S` of error, corners are `1.1 u S` apart ("Two pipelines"), and `hroc_keeps` takes
+//! the nearest point of its smaller box as it is, where tests subtract another `48 u S`. That smaller box still reaches
+//! in front of every corner: its padding is `38 u S`, a corner's w errs by `9.6 u S` and the distance by `6 u S`.
+//!
+//! Boxes are rasterized at the earliest depth of their nearest point, and `24 u` nearer than what `shows` adds for the
+//! map's value. So whatever the early depth test turns away `shows` would, too, if a rasterizer interpolates equal
+//! depths within that.
+//!
+//! The attack of the tests needs 0.97 of the half that goes by the largest depth, and 0.45 of all halves together.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4};
@@ -147,12 +185,12 @@ pub struct FrameUniform {
     pub depth_tolerance: f32,
     pub depth_along_ray: [f32; 4],
     pub depth_tolerance_over_w: f32,
-    pub depth_tolerance_relative: f32,
+    pub depth_tolerance_over_nearest: f32,
     pub size: [u32; 2],
     pub box_padding_everywhere: f32,
     pub box_padding_per_depth: f32,
     pub static_count: u32,
-    pub reserved: u32,
+    pub depth_tolerance_reach_over_w: f32,
     pub eye_high: [f32; 3],
     pub padding_per_reach: f32,
     pub eye_low: [f32; 3],
@@ -187,7 +225,6 @@ impl FrameUniform {
 
         // The eye itself, eye-relative: half a step of the grid at most.
         let eye_reach = view.eye.abs().element_sum();
-        let scene_reach = shape.reach + (camera.position - shape.origin).abs().element_sum();
         // World per pixel at unit depth, both axes together.
         let pixel = 2.0 * view.half_width / width + 2.0 * view.half_height / height;
         let larger_side = width.max(height);
@@ -239,10 +276,12 @@ impl FrameUniform {
                     DVec4::new(view.z_offset, view.z_scale, 1.0, 0.0),
                 )
             };
-        let z_reach = if view.perspective {
-            scene_reach
-        } else {
-            scene_reach + view.near
+        let eye_along = view.forward.dot(view.eye).abs();
+        // With reversed depth nothing in a box is deeper than its nearest point; otherwise than 1.
+        let deepest_is_nearest = view.perspective && depth == DepthConvention::Reversed;
+        let [deepest, over_nearest] = match deepest_is_nearest {
+            true => [0.0, view.z_offset.abs()],
+            false => [1.0, 0.0],
         };
         Ok(Self {
             clip_from_relative: clip_from_relative.as_mat4().to_cols_array_2d(),
@@ -264,17 +303,17 @@ impl FrameUniform {
             ray_direction_dx: direction_dx.as_vec3().to_array(),
             node_count: shape.node_count(),
             ray_direction_dy: direction_dy.as_vec3().to_array(),
-            depth_tolerance: (4.0 * U) as f32,
+            depth_tolerance: round_up(4.0 * U * deepest),
             depth_along_ray: along.as_vec4().to_array(),
             depth_tolerance_over_w: round_up(
-                9.0 * U * (2.0 * view.z_scale.abs() * z_reach + view.z_offset.abs()),
+                16.0 * U * (2.0 * view.z_scale.abs() * eye_along + view.z_offset.abs()),
             ),
-            depth_tolerance_relative: (24.0 * U) as f32,
+            depth_tolerance_over_nearest: round_up(8.0 * U * over_nearest),
             size,
             box_padding_everywhere: box_padding[0],
             box_padding_per_depth: box_padding[2],
             static_count: shape.static_count,
-            reserved: 0,
+            depth_tolerance_reach_over_w: round_up(32.0 * U * view.z_scale.abs()),
             eye_high: zero.as_vec3().to_array(),
             padding_per_reach: padding[1],
             eye_low: (zero - zero.as_vec3().as_dvec3()).as_vec3().to_array(),

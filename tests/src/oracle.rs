@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{DMat4, DVec2, DVec3, DVec4};
 use hroc_format::{ArchivedObjectBounds, ArchivedScene};
-use hroc_runtime::twin::bounds::LARGEST_NDC;
+use hroc_runtime::twin::bounds::{DEPTH_TOLERANCE_RELATIVE, LARGEST_NDC};
 use hroc_runtime::{DepthConvention, FrameUniform};
 
 /// How an object's bounds stand to an occlusion map.
@@ -159,8 +159,17 @@ impl<'a> RayOracle<'a> {
     /// the bare bounds in front of the map, without any tolerance.
     pub fn standing(&self, position: DVec2, bare: [DVec3; 2], there: f64) -> Standing {
         let near = f64::from(self.frame.near);
-        let shows = |t, share| shows(self.frame, self.depth, t, there, share);
         let loose = self.lens.padded(bare, self.share);
+        let shows = |t, share: f64| {
+            let here = self.depth_at(t);
+            let relative = f64::from(DEPTH_TOLERANCE_RELATIVE) * there;
+            // The shader divides in f32: a few ulps either way.
+            let tolerance = share * (self.tolerance(loose, t) + relative + 1e-6 * here.abs());
+            match self.depth {
+                DepthConvention::Standard => here - tolerance <= there,
+                DepthConvention::Reversed => here + tolerance >= there,
+            }
+        };
         let entry = self.lens.entry(position, loose, near);
         if !entry.is_some_and(|t| shows(t * (1.0 - 1e-5), 1.01)) {
             return Standing::Hidden;
@@ -177,6 +186,20 @@ impl<'a> RayOracle<'a> {
     pub fn depth_at(&self, t: f64) -> f64 {
         let [z, z_t, w, w_t] = self.frame.depth_along_ray.map(f64::from);
         (z + z_t * t) / (w + w_t * t)
+    }
+
+    /// The tolerance of the depth at parameter `t` of a ray that enters a box there, but for the share of the map's value.
+    pub fn tolerance(&self, b: [DVec3; 2], t: f64) -> f64 {
+        let frame = self.frame;
+        let [_, _, w, w_t] = frame.depth_along_ray.map(f64::from);
+        let nearest = extreme(self.lens.forward, b, false) - self.lens.rounding(b);
+        let forward = self.lens.forward.truncate().abs();
+        let reach = forward.dot(b[0].abs().max(b[1].abs()));
+        f64::from(frame.depth_tolerance)
+            + f64::from(frame.depth_tolerance_over_nearest) / nearest.max(frame.near.into())
+            + (f64::from(frame.depth_tolerance_over_w)
+                + f64::from(frame.depth_tolerance_reach_over_w) * reach)
+                / (w + w_t * t).max(1e-9)
     }
 
     /// Where the ray enters bare bounds, in front of the near plane.
@@ -283,20 +306,4 @@ fn footprint(frame: &FrameUniform, bounds: [DVec3; 2]) -> [Range<u32>; 2] {
         let end = frame.size[axis];
         ((extent[axis][0] - 1.0) as u32).min(end)..((extent[axis][1] + 2.0) as u32).min(end)
     })
-}
-
-/// Whether ray parameter `t` is at or in front of the map's depth, with this share of the tolerance.
-fn shows(frame: &FrameUniform, depth: DepthConvention, t: f64, there: f64, share: f64) -> bool {
-    let [z, z_t, w, w_t] = frame.depth_along_ray.map(f64::from);
-    let clip_w = w + w_t * t;
-    let here = (z + z_t * t) / clip_w;
-    let tolerance = f64::from(frame.depth_tolerance)
-        + f64::from(frame.depth_tolerance_over_w) / clip_w
-        + f64::from(frame.depth_tolerance_relative) * there;
-    // The shader divides in f32: a few ulps either way.
-    let tolerance = share * (tolerance + 1e-6 * here.abs());
-    match depth {
-        DepthConvention::Standard => here - tolerance <= there,
-        DepthConvention::Reversed => here + tolerance >= there,
-    }
 }

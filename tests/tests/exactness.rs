@@ -2,11 +2,12 @@
 //! hard case, in both depth conventions.
 
 use glam::{DVec3, DVec4};
-use hroc_runtime::{DepthConvention, Hroc, HrocOptions, Noc, Projection};
-use hroc_study::hard_cases::{CASES, CaseFrame, Scale, case};
+use hroc_runtime::{Camera, DepthConvention, Hroc, HrocOptions, Noc, Projection};
+use hroc_study::hard_cases::builder::{Builder, looking};
+use hroc_study::hard_cases::{CASES, CaseFrame, CaseScene, Scale, case};
 use hroc_tests::host::{Difference, Host, World, difference};
 use hroc_tests::no_culling::{NoCulling, Sums};
-use hroc_tests::variants::exact_methods;
+use hroc_tests::variants::{each_exact_method, exact_methods};
 use hroc_tests::{gpu, own_gpu};
 
 const SIZE: [u32; 2] = Scale::Small.size();
@@ -109,6 +110,81 @@ fn little_is_drawn_where_much_is_hidden() {
     }
 }
 
+/// A wall 60 m away and boxes whose front is `gap` behind its front; `near` plane as close as for a human eye in a room.
+fn behind_a_far_wall(gap: f64) -> CaseScene {
+    let mut b = Builder::of_boxes();
+    b.span([-40.0, -30.0, -60.1], [40.0, 30.0, -60.0]);
+    for i in 0..100 {
+        let at = DVec3::new(f64::from(i % 10), f64::from(i / 10), 0.0) * 2.5 - DVec3::splat(11.0);
+        b.span(
+            [at.x, at.y, -62.0 - gap],
+            [at.x + 1.0, at.y + 1.0, -60.0 - gap],
+        );
+    }
+    // Little moves from frame to frame, so that what shows is drawn first.
+    let frames = (0..4).map(|i| {
+        let eye = DVec3::new(1e-3 * f64::from(i), 0.0, 0.0);
+        Camera {
+            near: 0.0048,
+            ..looking(eye, eye - DVec3::Z)
+        }
+    });
+    CaseScene {
+        source: b.build(),
+        frames: frames.map(CaseFrame::from).collect(),
+        motion: None,
+    }
+}
+
+/// Objects that each exact method draws of a scene in its last frame, and those that show.
+fn drawn_at_last(scene: &CaseScene, depth: DepthConvention) -> (usize, Vec<(String, usize)>) {
+    let gpu = gpu().unwrap();
+    let world = World::of_case(gpu, scene);
+    let mut host = Host::new(gpu, &world, [320, 180], depth);
+    let mut noc = Noc::new(&gpu.device, &world.scene, depth);
+    let mut methods = each_exact_method(gpu, &world, depth);
+    let (mut visible, mut drawn) = (0, Vec::new());
+    for frame in &scene.frames {
+        let truth = host.render_frame(&mut noc, frame);
+        visible = truth.visible().len();
+        drawn.clear();
+        for (name, method) in &mut methods {
+            let image = host.render_frame(method.as_mut(), frame);
+            let found = difference(&truth, &image);
+            assert_eq!(found.wrong_pixels + found.false_negatives, 0, "{name}");
+            drawn.push((name.clone(), image.pvs().len()));
+        }
+    }
+    (visible, drawn)
+}
+
+/// No test looks through a wall: what is 20 cm behind one that is 60 m away is hidden with reversed depth. It takes a
+/// tolerance that goes by the depth of the object; one of a few ulps of the near plane's would be a third of a metre.
+#[test]
+fn objects_close_behind_a_far_wall_are_culled() {
+    if gpu().is_none() {
+        return;
+    }
+    let hidden = behind_a_far_wall(0.2);
+    let (visible, drawn) = drawn_at_last(&hidden, DepthConvention::Reversed);
+    assert_eq!(visible, 1, "the wall alone");
+    eprintln!("of 101 are drawn, 0.2 m behind the wall, reversed depth: {drawn:?}");
+    for (name, count) in drawn {
+        assert!(
+            ["noc", "vfc"].iter().any(|all| name.starts_with(all)) || count == 1,
+            "{name} draws {count}"
+        );
+    }
+    // f32 cannot tell at that distance with standard depth, so all may show.
+    let (_, drawn) = drawn_at_last(&hidden, DepthConvention::Standard);
+    eprintln!("standard depth: {drawn:?}");
+    // In front of the wall all show, by a hand's breadth or by a hair.
+    for gap in [-0.1, -0.002] {
+        let (visible, _) = drawn_at_last(&behind_a_far_wall(gap), DepthConvention::Reversed);
+        assert_eq!(visible, 101);
+    }
+}
+
 /// `hroc_keeps` may drop only what no sample of the object can be: fragments in front of the object's own bounds,
 /// by a computation in f64 that knows nothing of the shader's padding. Nor does it judge any fragment wrongly by the
 /// f64 oracle, which goes by that padding.
@@ -181,7 +257,7 @@ fn only_stray_fragments_are_dropped() {
 /// resolution of the scene, begin along a pixel's ray; infinitely far where they are missed.
 fn nearest_depth(
     shape: &hroc_runtime::SceneShape,
-    camera: &hroc_runtime::Camera,
+    camera: &Camera,
     depth: DepthConvention,
     size: [u32; 2],
     pixel: [u32; 2],

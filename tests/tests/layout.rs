@@ -47,8 +47,8 @@ fn shared_structs_have_one_layout() {
     check!(bounds."Frame" == FrameUniform {
         clip_from_relative, planes, forward, ray_origin, padding_everywhere, ray_origin_dx, padding_per_depth, ray_origin_dy,
         near, ray_direction, object_count, ray_direction_dx, node_count, ray_direction_dy, depth_tolerance,
-        depth_along_ray, depth_tolerance_over_w, depth_tolerance_relative, size,
-        box_padding_everywhere, box_padding_per_depth, static_count, reserved,
+        depth_along_ray, depth_tolerance_over_w, depth_tolerance_over_nearest, size,
+        box_padding_everywhere, box_padding_per_depth, static_count, depth_tolerance_reach_over_w,
         eye_high, padding_per_reach, eye_low, box_padding_per_reach, cells,
     });
     let pack = module("pack");
@@ -108,6 +108,7 @@ fn shared_constants_agree() {
     assert_eq!(constant("INTERIOR_NODE"), f64::from(BvhNode::INTERIOR));
     for (name, twin) in [
         ("SLAB_WIDENING", bounds::SLAB_WIDENING),
+        ("DEPTH_TOLERANCE_RELATIVE", bounds::DEPTH_TOLERANCE_RELATIVE),
         ("KEPT_PADDING", bounds::KEPT_PADDING),
         ("KEPT_TOLERANCE", bounds::KEPT_TOLERANCE),
         ("LARGEST_NDC", bounds::LARGEST_NDC),
@@ -116,4 +117,5 @@ fn shared_constants_agree() {
     }
     // Units in the last place of 1.
     assert_eq!(bounds::SLAB_WIDENING, 1.0 + 24.0 * f32::EPSILON);
+    assert_eq!(bounds::DEPTH_TOLERANCE_RELATIVE, 24.0 * f32::EPSILON);
 }

@@ -12,7 +12,9 @@ use hroc_tests::attack::situation::{Genome, Range, Situation};
 const ANYTHING: Range = Range {
     name: "anything",
     coordinates: [1e-3, 1e6],
+    turn: 1.0,
     distance: [1e-3, 1e6],
+    extent: [1e-6, 0.7],
     sides: [1.0, 4096.0],
     near: [1e-3, 10.0],
     step_px: 1.0 / 16.0,
@@ -45,6 +47,19 @@ const BESIDE_THE_EYE: Range = Range {
     near: [1e-5, 1e-3],
     perspective: true,
     ..ANYTHING
+};
+
+/// Rounding alone, of triangles that reach from near the eye to far away.
+const DEEP: Range = Range {
+    name: "deep triangles",
+    coordinates: [1e-1, 1e2],
+    turn: 0.01,
+    distance: [1e0, 1e2],
+    extent: [0.9, 0.9999],
+    sides: [8.0, 64.0],
+    near: [1e-4, 1e-2],
+    step_px: 0.0,
+    perspective: true,
 };
 
 /// Climbs, random genomes and steps of each.
@@ -111,6 +126,13 @@ const DEPTH: Term = Term {
     name: "depth tolerance",
     scale: |share| Shares {
         depth: share,
+        ..Shares::ALL
+    },
+};
+const DEEPEST: Term = Term {
+    name: "part for the largest depth",
+    scale: |share| Shares {
+        deepest: share,
         ..Shares::ALL
     },
 };
@@ -194,6 +216,8 @@ fn true_fragments_are_kept() {
     kept(&ROUNDING, &BOUNDS_WORLD, 0.001);
     kept(&BESIDE_THE_EYE, &BOUNDS, 0.01);
     kept(&ANYTHING, &DEPTH, 0.3);
+    kept(&DEEP, &DEPTH, 0.4);
+    kept(&DEEP, &DEEPEST, 0.5);
 }
 
 /// The rasterized box of bounds covers every position whose ray the slab test lets meet them.
@@ -276,7 +300,7 @@ fn nothing_is_turned_away_before_its_ray() {
 /// Two pipelines may round the same expressions differently: what the host's keeps, the test must find.
 #[test]
 fn two_pipelines_agree() {
-    for range in [ANYTHING, FEW_PIXELS, ROUNDING, BESIDE_THE_EYE] {
+    for range in [ANYTHING, FEW_PIXELS, ROUNDING, BESIDE_THE_EYE, DEEP] {
         attack(
             "two pipelines",
             &range,
@@ -289,5 +313,18 @@ fn two_pipelines_agree() {
                 }))
             },
         );
+    }
+}
+
+/// The nodes above an object let pass whatever the object's own bounds do.
+#[test]
+fn ancestors_pass_what_their_objects_pass() {
+    for range in [ANYTHING, FEW_PIXELS, ROUNDING, BESIDE_THE_EYE, DEEP] {
+        attack("ancestors", &range, &EVERYTHING, 0.0, |situation, dice| {
+            let at = situation.grazed(dice)?;
+            Some(needed(&EVERYTHING, |shares| {
+                situation.ancestor_passes(&mut dice.others(), at, shares)
+            }))
+        });
     }
 }

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3, Vec2};
 use hroc_format::{ArchivedBvhNode, ArchivedObjectBounds, Bounds, BvhNode, ObjectBounds};
 use hroc_preprocess::tree;
 use hroc_runtime::twin::batch_occlusion_test::Tested;
+use hroc_runtime::twin::bounds::DEPTH_TOLERANCE_RELATIVE;
 use hroc_runtime::twin::{contains, insert};
 use hroc_runtime::{Camera, DepthConvention, FrameUniform, readback};
 use hroc_study::hard_cases::builder::Rng;
@@ -23,7 +24,7 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= arrayLength(&groups)) { return; }
     let group = groups[id.x];
     let position = vec2f(f32(id.x % frame.size.x), f32(id.x / frame.size.x)) + 0.5;
-    test_fragment(BoxVertex(vec4f(position, 0.0, 1.0), group, nearest_entry(group_box(group))));
+    test_fragment(BoxVertex(vec4f(position, 0.0, 1.0), group, earliest_in(group_box(group))));
 }";
 
 /// Pixels, each with its tree.
@@ -214,9 +215,8 @@ impl Forest {
             };
         };
         let depth = rays.depth_at(t);
-        let tolerance = f64::from(self.frame.depth_tolerance)
-            + f64::from(self.frame.depth_tolerance_over_w) / t.max(1e-9);
-        let ulps = f64::from(self.frame.depth_tolerance_relative) * depth;
+        let tolerance = rays.tolerance(bare, t);
+        let ulps = f64::from(DEPTH_TOLERANCE_RELATIVE) * depth;
         let off = match rng.bits() % 4 {
             0 => rng.within(-2.0, 2.0) * (tolerance + ulps),
             1 => rng.within(-1.0, 1.0) * ulps,

@@ -21,7 +21,7 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {
     let c = cases[id.x];
     let box = padded(Box(c.min, c.max));
     let t = entry(pixel_ray(vec2f(c.x, c.y)), box, frame.near);
-    let shows = t >= 0.0 && may_show(t, c.depth);
+    let shows = t >= 0.0 && may_show(box, t, c.depth);
     let bits = select(0u, 1u, in_frustum(box)) | select(0u, 2u, touches_near(box)) | select(0u, 4u, shows)
         | select(0u, 8u, is_kept(Box(c.min, c.max), vec4f(c.x, c.y, c.depth, 1.0)));
     found[id.x] = Found(box.min, t, box.max, bits);
@@ -158,7 +158,8 @@ fn bounds_agree_with_their_twin_and_never_miss() {
                 );
                 let bits = u32::from(bounds::in_frustum(&frame, b))
                     | u32::from(bounds::touches_near(&frame, b)) << 1
-                    | u32::from(t >= 0.0 && bounds::may_show(&frame, reversed, t, case.depth)) << 2
+                    | u32::from(t >= 0.0 && bounds::may_show(&frame, reversed, b, t, case.depth))
+                        << 2
                     | u32::from(bounds::is_kept(
                         &frame,
                         reversed,

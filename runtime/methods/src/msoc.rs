@@ -246,12 +246,12 @@ impl MaskedSoftware {
             (false, DepthConvention::Reversed) => Depth::Reversed,
             (false, DepthConvention::Standard) => Depth::Standard,
         };
-        // Depth is z_scale + z_offset / w; without a scale its rounding is relative.
-        let [z_offset, z_scale, ..] = uniform.depth_along_ray;
+        // As hroc_msoc::inner asks: depth is z_scale + z_offset / w.
+        let [z_offset, ..] = uniform.depth_along_ray;
         let roundoff = 0.5_f32.powi(24);
-        let depth_tolerance = match (perspective, z_scale == 0.0) {
-            (true, true) => 0.0,
-            (true, false) => 4.0 * roundoff / z_offset.abs(),
+        let depth_tolerance = match (perspective, self.view.depth) {
+            (true, DepthConvention::Reversed) => 0.0,
+            (true, DepthConvention::Standard) => roundoff / z_offset.abs(),
             (false, _) => 4.0 * roundoff,
         };
         let step = frame.scene.shape.subpixel_step_px;

@@ -1,8 +1,7 @@
 //! Near clipping: triangles that cross the near plane or the guard band, one at a time, in f64.
 
-use crate::options::Depth;
 use crate::setup::{FAR_PX, Plane, STEEPEST};
-use crate::view::{GUARD, HORIZONTAL_PX, LEAST_W, U, View};
+use crate::view::{GUARD, HORIZONTAL_PX, INTERPOLATION, LEAST_W, U, View};
 
 /// Three vertices and one more per plane: near, w > 0, four of the guard band.
 const MOST_VERTICES: usize = 9;
@@ -155,11 +154,10 @@ fn set_up(view: &View, corners: &[Vertex]) -> Option<Polygon> {
         let transform = 2.0 * f64::from(inner.clip_error) * range(|p| p.inverse_w).1;
         step = f64::from(inner.step_px) + reach * (8.0 * u + transform);
         across = 8.0 * u * reach;
-        factor = 1.0 - 16.0 * u - transform;
-        tolerance = f64::from(inner.depth_tolerance);
-        if view.depth != Depth::InverseW {
-            tolerance += 8.0 * u + transform;
-        }
+        let inverse_w = range(|p| p.inverse_w).1 as f32;
+        let [shrunk, absolute] = inner.depth_margin(view.depth, inverse_w);
+        let interpolation = f64::from(INTERPOLATION) * range(|p| p.d).1;
+        (factor, tolerance) = (shrunk.into(), f64::from(absolute) + interpolation);
     }
     for p in points.iter_mut() {
         p.d = p.d * factor - tolerance;

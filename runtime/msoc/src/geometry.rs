@@ -88,7 +88,8 @@ pub(crate) fn transform(m: &Matrix4, [x, y, z]: [f32; 3]) -> [f32; 4] {
 /// component, each of the GPU's two steps errs by `4.5 * 2 U S` (four products, three sums, the entries; a
 /// GPU may return either neighbour) and ours by `4.5 * 2 U S` at most: `27 U S`. A translation that is itself a sum,
 /// rounded by the GPU and by the caller, adds `3 U S`. For bounds, whose corners are such sums, one step of the GPU
-/// remains; that a vertex may lie beyond them by five of its roundings (`10 U S`) takes the place of the other.
+/// remains; that a vertex may lie beyond them by five of its roundings (`10 U S`) takes the place of the other. Twice the
+/// bound must also hold the GPU's own errors of z and w (`18 U S` each) where both go into its depth: `66 U S`.
 pub(crate) fn clip_error(
     clip_from_world: &Matrix4,
     world_from_object: &Affine3,
@@ -102,7 +103,7 @@ pub(crate) fn clip_error(
         let terms = (0..3).map(|k| (clip_from_world[k][row] * world[k]).abs());
         terms.sum::<f32>() + clip_from_world[3][row].abs()
     };
-    32.0 * U * (0..4).map(component).fold(0.0, f32::max)
+    36.0 * U * (0..4).map(component).fold(0.0, f32::max)
 }
 
 /// Clip-space positions of a mesh.

@@ -49,8 +49,13 @@
 //!   `4 u (1 + 2.2 B) 4 B Z < 64 u B^2 Z` (`B >= 1`). From `B = 4096` on the triangle is flat at its least
 //!   depth. Clipped polygons are set up in f64, whose error is nothing against the next.
 //! - *Evaluation.* `8 u (max d + (|dx| + |dy|) (R + 64))`.
-//! - *The depth itself.* `16 u` of it, for both sides' division and transform and for how the GPU interpolates and
-//!   compares; and the absolute [`depth_tolerance`](crate::Mode::Inner) for what its depth format loses.
+//! - *The depth itself.* The GPU stores `(z + e_z) / (w + e_w)` with `z = a w + b`. As nearness, `(depth - a) / b`, that is
+//!   `1 / (w + e_w)`, which the factor above covers, and `(e_z - a e_w) / (b w)`. With reversed depth in perspective
+//!   `|a / b|` is no more than 1 over the far plane's distance, and neither is 1/w less: `E/w` of the nearness holds
+//!   what goes by `a`, and what goes by b is `9 u` of the nearness; the divisions of both sides, viewport transform
+//!   and format make `10 u`. Hence `24 u` of it. A GPU's weights of three corners err by `4 u` of the largest.
+//!   With standard depth, where a is about 1, all that is absolute in depth: `2 E/w + 16 u`, over `|b|`
+//!   ([`depth_tolerance`](crate::Mode::Inner)).
 //!
 //! # Queries
 //!

@@ -12,9 +12,9 @@ pub enum Mode {
         /// The rasterizer snaps vertices to a grid of `2^-subpixel_bits` pixels. 8 in Direct3D, Metal and
         /// desktop Vulkan; Vulkan promises no more than 4.
         subpixel_bits: u8,
-        /// By how much a depth that the GPU stores may differ from the exact one, as nearness
-        /// ([`Depth`]). 0 for f32 depth of a reversed infinite projection; for one that is mapped to 0..1 by
-        /// `z = a + b / w`, `2^-24 / |b|`.
+        /// Half the spacing of f32 depths just below 1, as nearness ([`Depth`]). 0 for reversed depth in perspective, which
+        /// is as precise as 1/w; for standard depth `a + b / w`, `2^-24 / |b|`; for orthographic cameras
+        /// `4 * 2^-24`.
         depth_tolerance: f32,
     },
 }

@@ -3,7 +3,7 @@
 use crate::options::Depth;
 use crate::rasterize::Triangles;
 use crate::simd::{MOST_LANES, Rows, Simd};
-use crate::view::{GUARD, HORIZONTAL_PX, LEAST_W, U, View};
+use crate::view::{GUARD, HORIZONTAL_PX, INTERPOLATION, LEAST_W, U, View};
 
 /// Where a dropped edge is: left or right of everything.
 pub(crate) const FAR_PX: f32 = 1e6;
@@ -154,13 +154,9 @@ fn margins<S: Simd>(s: S, view: &View, corners: &mut [Corner<S>; 3], extent: S::
     let [a, b, c] = corners;
     let inverse_w = greatest(s, [a.inverse_w, b.inverse_w, c.inverse_w]);
     let transform = s.mul(s.splat(2.0 * inner.clip_error), inverse_w);
-    let factor = s.sub(s.splat(1.0 - 16.0 * U), transform);
-    let tolerance = match view.depth {
-        Depth::InverseW => s.splat(inner.depth_tolerance),
-        Depth::Reversed | Depth::Standard => {
-            s.add(s.splat(inner.depth_tolerance + 8.0 * U), transform)
-        }
-    };
+    let [factor, absolute] = inner.depth_margins(s, view.depth, inverse_w);
+    let interpolation = s.mul(s.splat(INTERPOLATION), greatest(s, [a.d, b.d, c.d]));
+    let tolerance = s.add(absolute, interpolation);
     a.d = s.sub(s.mul(a.d, factor), tolerance);
     b.d = s.sub(s.mul(b.d, factor), tolerance);
     c.d = s.sub(s.mul(c.d, factor), tolerance);

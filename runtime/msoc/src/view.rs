@@ -6,6 +6,8 @@ use crate::simd::Simd;
 
 /// Roundoff unit of f32: half a unit in the last place of 1.
 pub(crate) const U: f32 = 1.0 / (1 << 24) as f32;
+/// Share of a triangle's largest nearness by which a GPU's interpolation may err.
+pub(crate) const INTERPOLATION: f32 = 4.0 * U;
 /// Vertices farther from the centre than this many half images are clipped to it, so that pixel coordinates
 /// stay within 4 images and f32 resolves them finely.
 pub(crate) const GUARD: f32 = 7.0;
@@ -121,10 +123,10 @@ impl Inner {
     pub fn depth_margin(&self, depth: Depth, inverse_w: f32) -> [f32; 2] {
         let transform = 2.0 * self.clip_error * inverse_w;
         let absolute = match depth {
-            Depth::InverseW => self.depth_tolerance,
+            Depth::InverseW => self.depth_tolerance * (16.0 + transform / U),
             Depth::Reversed | Depth::Standard => self.depth_tolerance + 8.0 * U + transform,
         };
-        [1.0 - (16.0 * U + transform), absolute]
+        [1.0 - (24.0 * U + transform), absolute]
     }
 
     /// [`Self::displacement_px`] of each lane.
@@ -140,12 +142,15 @@ impl Inner {
     pub fn depth_margins<S: Simd>(&self, s: S, depth: Depth, inverse_w: S::F) -> [S::F; 2] {
         let transform = s.mul(s.splat(2.0 * self.clip_error), inverse_w);
         let absolute = match depth {
-            Depth::InverseW => s.splat(self.depth_tolerance),
+            Depth::InverseW => {
+                let roundings = s.add(s.splat(16.0), s.mul(transform, s.splat(1.0 / U)));
+                s.mul(s.splat(self.depth_tolerance), roundings)
+            }
             Depth::Reversed | Depth::Standard => {
                 s.add(s.splat(self.depth_tolerance + 8.0 * U), transform)
             }
         };
-        let factor = s.sub(s.splat(1.0), s.add(s.splat(16.0 * U), transform));
+        let factor = s.sub(s.splat(1.0), s.add(s.splat(24.0 * U), transform));
         [factor, absolute]
     }
 }

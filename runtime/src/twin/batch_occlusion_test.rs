@@ -1,10 +1,10 @@
 //! Twin of batch_occlusion_test.wgsl: what one fragment of a group's box decides.
 
-use glam::{Vec2, Vec4};
+use glam::Vec2;
 use hroc_format::{ArchivedBvhNode, ObjectBounds};
 
 use super::bounds::{
-    Box3, entry, may_show, nearest_along, padded_bounds, padded_node, pixel_ray, rounding,
+    Box3, earliest_in, entry, may_show, padded_bounds, padded_node, pixel_ray, shows,
 };
 use crate::frame_uniform::FrameUniform;
 
@@ -29,13 +29,6 @@ impl Tested<'_> {
         }
     }
 
-    /// The ray parameter before which no ray enters a group's box.
-    pub fn nearest(&self, frame: &FrameUniform, group: u32) -> f32 {
-        let b = self.group_box(frame, group);
-        let nearest = nearest_along(Vec4::from(frame.forward), b);
-        (nearest - rounding(frame, b)).max(frame.near)
-    }
-
     /// Calls `flag` with each object of `group` that the ray through a pixel `position` finds in front of the map's
     /// `depth` there. Without pruning, which leaves out only what was flagged before.
     pub fn test_fragment(
@@ -47,16 +40,17 @@ impl Tested<'_> {
         depth: f32,
         mut flag: impl FnMut(u32),
     ) {
-        if !may_show(frame, reversed, self.nearest(frame, group), depth) {
+        let earliest = earliest_in(frame, reversed, self.group_box(frame, group));
+        if !shows(reversed, earliest, depth) {
             return;
         }
         let ray = pixel_ray(frame, position);
-        let shows = |b: Box3| {
+        let meets = |b: Box3| {
             let t = entry(ray, b, frame.near);
-            t >= 0.0 && may_show(frame, reversed, t, depth)
+            t >= 0.0 && may_show(frame, reversed, b, t, depth)
         };
         let Some(root) = self.nodes.get(group as usize) else {
-            if shows(self.group_box(frame, group)) {
+            if meets(self.group_box(frame, group)) {
                 flag(frame.static_count + group - frame.node_count);
             }
             return;
@@ -64,7 +58,7 @@ impl Tested<'_> {
         let mut n = group;
         while n < root.skip.to_native() {
             let node = &self.nodes[n as usize];
-            if !shows(padded_node(frame, node)) {
+            if !meets(padded_node(frame, node)) {
                 n = node.skip.to_native();
                 continue;
             }

@@ -13,6 +13,8 @@ pub const KEPT_PADDING: f32 = 0.8;
 /// As in the shader.
 pub const KEPT_TOLERANCE: f32 = 0.5;
 /// As in the shader.
+pub const DEPTH_TOLERANCE_RELATIVE: f32 = 2.861_022_9e-6;
+/// As in the shader.
 pub const LARGEST_NDC: f32 = 32.0;
 
 /// An axis-aligned box, eye-relative.
@@ -213,29 +215,61 @@ fn entry_widened(ray: Ray, b: Box3, near: f32, widening: f32) -> f32 {
     }
 }
 
-/// The depth of what starts at ray parameter `t`, rounded toward visible within a share of the tolerance, but for
-/// what the map's depth adds.
-pub fn earliest_depth(frame: &FrameUniform, reversed: bool, t: f32, share: f32) -> f32 {
+/// No ray enters the box at a smaller parameter (view depth).
+pub fn nearest_entry(frame: &FrameUniform, b: Box3) -> f32 {
+    let nearest = nearest_along(Vec4::from(frame.forward), b) - rounding(frame, b);
+    nearest.max(frame.near)
+}
+
+/// By how much the depths of surfaces in a padded box may err that has nothing before view depth `nearest`: what does
+/// not depend on where they are entered, and what is divided by clip w there.
+pub fn depth_tolerance(frame: &FrameUniform, b: Box3, nearest: f32) -> Vec2 {
+    let forward = Vec4::from(frame.forward).xyz().abs();
+    let reach = forward.dot(b.min.abs().max(b.max.abs()));
+    Vec2::new(
+        frame.depth_tolerance + frame.depth_tolerance_over_nearest / nearest,
+        frame.depth_tolerance_over_w + frame.depth_tolerance_reach_over_w * reach,
+    )
+}
+
+/// The depth of what starts at ray parameter `t`, rounded toward visible by `tolerance`, but for what the depth buffer's
+/// own value adds.
+pub fn earliest_depth(frame: &FrameUniform, reversed: bool, t: f32, tolerance: Vec2) -> f32 {
     let nearer = t / SLAB_WIDENING;
     let along = Vec4::from(frame.depth_along_ray);
     let w = along.z + along.w * nearer;
-    let entry_depth = (along.x + along.y * nearer) / w;
-    let tolerance = share * (frame.depth_tolerance + frame.depth_tolerance_over_w / w);
+    let depth = (along.x + along.y * nearer) / w;
+    let error = tolerance.x + tolerance.y / w;
     if reversed {
-        entry_depth + tolerance
+        depth + error
     } else {
-        entry_depth - tolerance
+        depth - error
     }
 }
 
-/// Whether a surface that starts at ray parameter `t` can be at or in front of `depth`.
-pub fn may_show(frame: &FrameUniform, reversed: bool, t: f32, depth: f32) -> bool {
-    shows_within(frame, reversed, t, depth, 1.0)
+/// The depth of a padded box's nearest point, rounded toward visible.
+pub fn earliest_in(frame: &FrameUniform, reversed: bool, b: Box3) -> f32 {
+    let nearest = nearest_entry(frame, b);
+    earliest_depth(frame, reversed, nearest, depth_tolerance(frame, b, nearest))
 }
 
-fn shows_within(frame: &FrameUniform, reversed: bool, t: f32, depth: f32, share: f32) -> bool {
-    let tolerance = share * frame.depth_tolerance_relative * depth.abs();
-    let earliest = earliest_depth(frame, reversed, t, share);
+/// Whether a surface that starts at ray parameter `t` in a padded box can be at or in front of `depth`.
+pub fn may_show(frame: &FrameUniform, reversed: bool, b: Box3, t: f32, depth: f32) -> bool {
+    let tolerance = depth_tolerance(frame, b, nearest_entry(frame, b));
+    shows(
+        reversed,
+        earliest_depth(frame, reversed, t, tolerance),
+        depth,
+    )
+}
+
+/// The same of an earliest depth.
+pub fn shows(reversed: bool, earliest: f32, depth: f32) -> bool {
+    shows_within(reversed, earliest, depth, DEPTH_TOLERANCE_RELATIVE)
+}
+
+fn shows_within(reversed: bool, earliest: f32, depth: f32, relative: f32) -> bool {
+    let tolerance = relative * depth.abs();
     if reversed {
         earliest + tolerance >= depth
     } else {
@@ -260,5 +294,9 @@ pub fn is_kept(
         padding(frame).map(|part| KEPT_PADDING * part),
     );
     let t = entry_widened(pixel_ray(frame, position), b, frame.near, 1.0);
-    t >= 0.0 && shows_within(frame, reversed, t, depth.clamp(0.0, 1.0), KEPT_TOLERANCE)
+    let nearest = nearest_along(Vec4::from(frame.forward), b).max(frame.near);
+    let tolerance = depth_tolerance(frame, b, nearest);
+    let earliest = earliest_depth(frame, reversed, t, KEPT_TOLERANCE * tolerance);
+    let relative = KEPT_TOLERANCE * DEPTH_TOLERANCE_RELATIVE;
+    t >= 0.0 && shows_within(reversed, earliest, depth.clamp(0.0, 1.0), relative)
 }

@@ -11,6 +11,7 @@
 
 use glam::{DVec2, DVec3, DVec4};
 use hroc_format::ObjectBounds;
+use hroc_runtime::twin::bounds::DEPTH_TOLERANCE_RELATIVE;
 use hroc_runtime::{CELL_SLOTS, DepthConvention, FrameUniform};
 
 /// The roundoff unit that the paddings are derived for.
@@ -86,8 +87,9 @@ pub struct FragmentOracle {
     /// Clip z at parameter 0, its change per parameter; the same of clip w.
     depth_along_ray: DVec4,
     tolerance: f64,
+    tolerance_over_nearest: f64,
     tolerance_over_w: f64,
-    tolerance_relative: f64,
+    tolerance_reach_over_w: f64,
     depth: DepthConvention,
 }
 
@@ -120,8 +122,9 @@ impl FragmentOracle {
             cells: uniform.cells,
             depth_along_ray: vector(uniform.depth_along_ray),
             tolerance: uniform.depth_tolerance.into(),
+            tolerance_over_nearest: uniform.depth_tolerance_over_nearest.into(),
             tolerance_over_w: uniform.depth_tolerance_over_w.into(),
-            tolerance_relative: uniform.depth_tolerance_relative.into(),
+            tolerance_reach_over_w: uniform.depth_tolerance_reach_over_w.into(),
             depth,
         }
     }
@@ -153,8 +156,9 @@ impl FragmentOracle {
         bounds: &ObjectBounds,
         margin: &Margin,
     ) -> bool {
-        self.entry(position, self.padded(bounds, margin), margin)
-            .is_some_and(|t| self.shows(t / margin.earlier, depth, margin))
+        let padded = self.padded(bounds, margin);
+        self.entry(position, padded, margin)
+            .is_some_and(|t| self.shows(padded, t / margin.earlier, depth, margin))
     }
 
     /// The bounds, grown by their padding. It goes by the view depth of their farthest corner.
@@ -193,13 +197,19 @@ impl FragmentOracle {
         (first <= last * margin.later).then_some(first)
     }
 
-    /// Whether what starts at parameter `t` of a ray can be at or in front of `depth`.
-    fn shows(&self, t: f64, depth: f64, margin: &Margin) -> bool {
+    /// Whether what starts in a padded box at parameter `t` of a ray can be at or in front of `depth`.
+    fn shows(&self, [lo, hi]: [DVec3; 2], t: f64, depth: f64, margin: &Margin) -> bool {
         let [z, z_t, w, w_t] = self.depth_along_ray.to_array();
         let w = w + w_t * t;
         let entry_depth = (z + z_t * t) / w;
-        let tolerance = margin.tolerance
-            * (self.tolerance + self.tolerance_over_w / w + self.tolerance_relative * depth.abs());
+        let forward = self.forward.truncate();
+        let nearest =
+            forward.max(DVec3::ZERO).dot(lo) + forward.min(DVec3::ZERO).dot(hi) + self.forward.w;
+        let reach = forward.abs().dot(lo.abs().max(hi.abs()));
+        let everywhere = self.tolerance + self.tolerance_over_nearest / nearest.max(self.near);
+        let over_w = self.tolerance_over_w + self.tolerance_reach_over_w * reach;
+        let relative = f64::from(DEPTH_TOLERANCE_RELATIVE) * depth.abs();
+        let tolerance = margin.tolerance * (everywhere + over_w / w + relative);
         match self.depth {
             DepthConvention::Standard => entry_depth - tolerance <= depth,
             DepthConvention::Reversed => entry_depth + tolerance >= depth,
@@ -369,8 +379,10 @@ mod tests {
                 let step = f64::from(view.depth_of(view.point(pixel, -0.9)))
                     - f64::from(view.depth_of(view.point(pixel, -1.1)));
                 let tolerance = (f64::from(view.uniform.depth_tolerance)
+                    + f64::from(view.uniform.depth_tolerance_over_nearest)
                     + f64::from(view.uniform.depth_tolerance_over_w)
-                    + f64::from(view.uniform.depth_tolerance_relative))
+                    + f64::from(view.uniform.depth_tolerance_reach_over_w) * 12.0
+                    + f64::from(DEPTH_TOLERANCE_RELATIVE))
                     * 0.2
                     / step.abs()
                     + 24.0 * U * 11.0;

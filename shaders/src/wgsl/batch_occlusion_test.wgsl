@@ -84,7 +84,7 @@ fn test_fragment(fragment: BoxVertex) {
     var tests = 0u;
     var survived = false;
     // Most fragments are far behind the map: they need no ray.
-    if (may_show(fragment.nearest, depth)) {
+    if (shows(fragment.earliest, depth)) {
         let ray = pixel_ray(fragment.position.xy);
         if (fragment.subject < frame.node_count) {
             let end = nodes[fragment.subject].skip;
@@ -97,8 +97,9 @@ fn test_fragment(fragment: BoxVertex) {
                     continue;
                 }
                 tests++;
-                let t = entry(ray, padded_node(node), frame.near);
-                if (t < 0.0 || !may_show(t, depth)) {
+                let box = padded_node(node);
+                let t = entry(ray, box, frame.near);
+                if (t < 0.0 || !may_show(box, t, depth)) {
                     n = node.skip;
                     continue;
                 }
@@ -113,8 +114,9 @@ fn test_fragment(fragment: BoxVertex) {
             }
         } else {
             tests = 1u;
-            let t = entry(ray, group_box(fragment.subject), frame.near);
-            survived = t >= 0.0 && may_show(t, depth);
+            let box = group_box(fragment.subject);
+            let t = entry(ray, box, frame.near);
+            survived = t >= 0.0 && may_show(box, t, depth);
             if (survived) {
                 flag(frame.static_count + fragment.subject - frame.node_count);
             }
@@ -124,8 +126,9 @@ fn test_fragment(fragment: BoxVertex) {
     // bounds in front of the map. Pruning depends on which ray came first, so it is not asked.
     if (all((vec2u(fragment.position.xy) & vec2u(15u)) == vec2u(5u))) {
         atomicAdd(&grouping.fragments, 1u);
-        let t = entry(pixel_ray(fragment.position.xy), group_box(fragment.subject), frame.near);
-        if (t >= 0.0 && may_show(t, depth)) {
+        let box = group_box(fragment.subject);
+        let t = entry(pixel_ray(fragment.position.xy), box, frame.near);
+        if (t >= 0.0 && may_show(box, t, depth)) {
             atomicAdd(&grouping.survivors, 1u);
         }
     }

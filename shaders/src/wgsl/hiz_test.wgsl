@@ -108,7 +108,7 @@ fn passes(bounds: ObjectBounds) -> bool {
         farther(pyramid[row_0 + a.x], pyramid[row_0 + b.x]),
         farther(pyramid[row_1 + a.x], pyramid[row_1 + b.x]),
     );
-    return may_show(extent.nearest, farthest);
+    return may_show(box, extent.nearest, farthest);
 }
 
 // One invocation per object; a workgroup writes two whole words.

@@ -23,11 +23,12 @@ fn box_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) insta
 
 fn test_fragment(fragment: BoxVertex) {
     let depth = textureLoad(occlusion_map, vec2u(fragment.position.xy), 0);
-    if (!may_show(fragment.nearest, depth)) {
+    if (!shows(fragment.earliest, depth)) {
         return;
     }
-    let t = entry(pixel_ray(fragment.position.xy), node_box(fragment.subject), frame.near);
-    if (t >= 0.0 && may_show(t, depth)) {
+    let box = node_box(fragment.subject);
+    let t = entry(pixel_ray(fragment.position.xy), box, frame.near);
+    if (t >= 0.0 && may_show(box, t, depth)) {
         let word = fragment.subject >> 5u;
         let bit = 1u << (fragment.subject & 31u);
         if ((atomicLoad(&flagged[word]) & bit) == 0u) {

@@ -5,6 +5,9 @@
 // The host's uniform at group 0 binding 0 is hroc_runtime::FrameUniform of the same camera. Positions are eye-relative:
 // in the axes of the source's world, with their zero at the eye or very near it, so that they are exact close to the
 // camera however far from the source's zero that is.
+//
+// The depth buffer is Depth32Float, and depth gets there as the projection gives it: the viewport has the depth range 0
+// to 1, and pipelines have neither a depth bias nor unclipped depth. The tolerances are derived for that.
 
 // The eye-relative position of an object-space point. The bounds contain it for exactly this arithmetic.
 fn hroc_relative_position(object: Object, p: vec3f) -> vec3f {

@@ -21,8 +21,9 @@ fn box_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) insta
 @fragment
 fn query(fragment: BoxVertex) {
     let depth = textureLoad(occlusion_map, vec2u(fragment.position.xy), 0);
-    let t = entry(pixel_ray(fragment.position.xy), node_box(fragment.subject), frame.near);
-    if (t < 0.0 || !may_show(t, depth)) {
+    let box = node_box(fragment.subject);
+    let t = entry(pixel_ray(fragment.position.xy), box, frame.near);
+    if (t < 0.0 || !may_show(box, t, depth)) {
         discard;
     }
 }

@@ -24,10 +24,11 @@ fn flag(object: u32) {
 
 fn test_fragment(fragment: BoxVertex) {
     let depth = textureLoad(occlusion_map, vec2u(fragment.position.xy), 0);
-    if (may_show(fragment.nearest, depth)) {
+    if (shows(fragment.earliest, depth)) {
         // The depth of the box's face at this pixel, which no rasterizer gives to the last bit.
-        let t = entry(pixel_ray(fragment.position.xy), padded_bounds(object_bounds[fragment.subject]), frame.near);
-        if (t >= 0.0 && may_show(t, depth)) {
+        let box = padded_bounds(object_bounds[fragment.subject]);
+        let t = entry(pixel_ray(fragment.position.xy), box, frame.near);
+        if (t >= 0.0 && may_show(box, t, depth)) {
             flag(fragment.subject);
         }
     }

@@ -3,7 +3,9 @@
 
 use glam::{DMat4, DVec2, DVec3, DVec4, Vec4Swizzles};
 use hroc_runtime::FrameUniform;
-use hroc_runtime::twin::bounds::{KEPT_PADDING, KEPT_TOLERANCE, LARGEST_NDC, SLAB_WIDENING};
+use hroc_runtime::twin::bounds::{
+    DEPTH_TOLERANCE_RELATIVE, KEPT_PADDING, KEPT_TOLERANCE, LARGEST_NDC, SLAB_WIDENING,
+};
 
 use super::arithmetic::Dice;
 
@@ -24,6 +26,8 @@ pub struct Shares {
     pub slab: f64,
     /// Of all depth tolerances.
     pub depth: f64,
+    /// Of the depth tolerance that goes by the largest depth in a box.
+    pub deepest: f64,
 }
 
 impl Shares {
@@ -36,6 +40,7 @@ impl Shares {
         near: 1.0,
         slab: 1.0,
         depth: 1.0,
+        deepest: 1.0,
     };
 
     /// These shares of `others`.
@@ -48,6 +53,7 @@ impl Shares {
             near: self.near * others.near,
             slab: self.slab * others.slab,
             depth: self.depth * others.depth,
+            deepest: self.deepest * others.deepest,
         }
     }
 }
@@ -73,12 +79,14 @@ pub struct Lens {
     direction: [DVec3; 3],
     along: DVec4,
     size: DVec2,
-    near: f64,
+    /// The ray parameter at the near plane.
+    pub near: f64,
     /// From the zero of eye-relative positions to that of the cell.
     zero: DVec3,
     /// Everywhere, per reach, per depth: of what rays are tested against and of what is rasterized.
     paddings: [[f64; 3]; 2],
-    tolerances: [f64; 3],
+    /// Everywhere, over the nearest view depth, over w, reach over w.
+    tolerances: [f64; 4],
     reversed: bool,
     /// The rasterizer's, pixels.
     pub step_px: f64,
@@ -135,8 +143,9 @@ impl Lens {
             .map(|padding| padding.map(f64::from)),
             tolerances: [
                 frame.depth_tolerance,
+                frame.depth_tolerance_over_nearest,
                 frame.depth_tolerance_over_w,
-                frame.depth_tolerance_relative,
+                frame.depth_tolerance_reach_over_w,
             ]
             .map(f64::from),
             reversed,
@@ -260,50 +269,75 @@ impl Lens {
         [first, dice.mul(last, widening) - first]
     }
 
-    /// The quick test of batch_occlusion_test.wgsl: the least ray parameter at which any ray enters a padded box.
+    /// `nearest_entry`.
     pub fn nearest(&self, dice: &mut Dice<'_>, padded: Box3) -> f64 {
         let nearest = self.extreme(dice, self.forward, padded, false);
         let rounding = self.rounding(dice, padded);
         dice.add(nearest, -rounding).max(self.near)
     }
 
-    /// The depth at which `box_vertex` rasterizes a box that no ray enters before `nearest`, and by how much it
-    /// passes the early test against `depth`.
-    pub fn passes_early_by(&self, dice: &mut Dice<'_>, nearest: f64, depth: f64) -> f64 {
-        let [always, _, relative] = self.tolerances;
-        let margin = dice.mul(2.0, relative);
-        let sign = if self.reversed { 1.0 } else { -1.0 };
-        let earliest = self.earliest_depth(dice, nearest, &Shares::ALL);
+    /// The nearest view depth of a box as `is_kept` takes it.
+    pub fn nearest_kept(&self, dice: &mut Dice<'_>, padded: Box3) -> f64 {
+        let nearest = self.extreme(dice, self.forward, padded, false);
+        nearest.max(self.near)
+    }
+
+    /// `depth_tolerance`.
+    pub fn depth_tolerance(&self, dice: &mut Dice<'_>, [lo, hi]: Box3, nearest: f64) -> [f64; 2] {
+        let reach = dice.dot(self.forward.xyz().abs(), lo.abs().max(hi.abs()));
+        let [everywhere, over_nearest, over_w, reach_over_w] = self.tolerances;
+        let deepest = dice.div(over_nearest, nearest);
+        [
+            dice.add(everywhere, deepest),
+            dice.mul_add(reach_over_w, reach, over_w),
+        ]
+    }
+
+    /// The depth at which `raster_box` draws a box of which `shows` is asked with `earliest`, and by how much it passes
+    /// the early test against `depth`.
+    pub fn passes_early_by(&self, dice: &mut Dice<'_>, earliest: f64, depth: f64) -> f64 {
+        let margin = dice.mul(2.0, DEPTH_TOLERANCE_RELATIVE.into());
+        let sign = self.toward_visible();
         let factor = dice.add(1.0, sign * margin);
-        let early = dice.mul_add(earliest, factor, sign * always);
+        let early = dice.mul(earliest, factor);
         sign * (early.clamp(0.0, 1.0) - depth)
     }
 
-    /// The farthest depth that shows at ray parameter `t`.
-    pub fn limit(&self, dice: &mut Dice<'_>, t: f64, shares: &Shares) -> f64 {
-        let relative = if self.reversed { -1.0 } else { 1.0 } * self.tolerances[2] * shares.depth;
-        let earliest = self.earliest_depth(dice, t, shares);
-        let limit = f64::from((earliest / (1.0 + relative)) as f32);
+    /// The farthest depth that shows.
+    pub fn limit(&self, earliest: f64, shares: &Shares) -> f64 {
+        let relative = f64::from(DEPTH_TOLERANCE_RELATIVE) * shares.depth;
+        let limit = f64::from((earliest / (1.0 - self.toward_visible() * relative)) as f32);
         limit.clamp(0.0, 1.0)
     }
 
-    fn earliest_depth(&self, dice: &mut Dice<'_>, t: f64, shares: &Shares) -> f64 {
+    fn toward_visible(&self) -> f64 {
+        if self.reversed { 1.0 } else { -1.0 }
+    }
+
+    /// `earliest_depth`, with a share of the tolerance.
+    pub fn earliest_depth(
+        &self,
+        dice: &mut Dice<'_>,
+        t: f64,
+        tolerance: [f64; 2],
+        shares: &Shares,
+    ) -> f64 {
         let nearer = dice.div(t, f64::from(SLAB_WIDENING));
         let w = dice.mul_add(self.along.w, nearer, self.along.z);
         let z = dice.mul_add(self.along.y, nearer, self.along.x);
         let here = dice.div(z, w);
-        let [always, over_w, _] = self.tolerances.map(|x| x * shares.depth);
+        let [deepest, over_w] = tolerance.map(|x| x * shares.depth);
+        let everywhere = deepest * shares.deepest;
         let by_w = dice.div(over_w, w);
-        let tolerance = dice.add(always, by_w);
-        let sign = if self.reversed { 1.0 } else { -1.0 };
-        dice.add(here, sign * tolerance)
+        let error = dice.add(everywhere, by_w);
+        dice.add(here, self.toward_visible() * error)
     }
 
-    /// `may_show`: by how much `depth` stays within the tolerance; negative where it is hidden.
-    pub fn shows_by(&self, dice: &mut Dice<'_>, t: f64, depth: f64, shares: &Shares) -> f64 {
-        let earliest = self.earliest_depth(dice, t, shares);
-        let relative = dice.mul(self.tolerances[2] * shares.depth, depth.abs());
-        let sign = if self.reversed { 1.0 } else { -1.0 };
+    /// `shows`: by how much `depth` stays within the tolerance; negative where it is hidden.
+    pub fn shows_by(&self, dice: &mut Dice<'_>, earliest: f64, depth: f64, shares: &Shares) -> f64 {
+        let share = f64::from(DEPTH_TOLERANCE_RELATIVE) * shares.depth;
+        let relative = dice.mul(share, depth.abs());
+        let sign = self.toward_visible();
         let limit = dice.add(earliest, sign * relative);
         sign * (limit - depth)
     }

@@ -8,7 +8,7 @@ use super::shaders::{Box3, KEPT, Lens, Shares, corners, covered_by};
 use hroc_study::hard_cases::builder::looking;
 
 /// Numbers of a choice, each in 0..1.
-pub const NUMBERS: usize = 48;
+pub const NUMBERS: usize = 60;
 /// Words of roundings.
 pub const WORDS: usize = 20;
 
@@ -28,8 +28,12 @@ pub struct Range {
     pub name: &'static str,
     /// Coordinates of the eye, world.
     pub coordinates: [f64; 2],
+    /// How far the camera turns from the axes, 1 for every way.
+    pub turn: f64,
     /// From the eye to the box, world.
     pub distance: [f64; 2],
+    /// Half the extent of the box, distances.
+    pub extent: [f64; 2],
     /// Pixels of a side.
     pub sides: [f64; 2],
     /// Of the near plane, world.
@@ -72,6 +76,8 @@ pub struct Situation {
     pub lens: Lens,
     /// Bounds of an object.
     pub bounds: Box3,
+    /// Bounds of a node that holds the object.
+    ancestor: Box3,
     /// Where in `bounds` a triangle's vertices lie, in 0..1; one of them touches each face where it can.
     triangle: [DVec3; 3],
     /// Shares of the triangle's vertices in a fragment.
@@ -92,9 +98,9 @@ impl Situation {
         let position = f32s(g.vector() * scale);
         let orientation = DQuat::from_euler(
             glam::EulerRot::YXZ,
-            g.within(-3.2, 3.2),
-            g.within(-1.6, 1.6),
-            g.within(-3.2, 3.2),
+            g.within(-3.2, 3.2) * range.turn,
+            g.within(-1.6, 1.6) * range.turn,
+            g.within(-3.2, 3.2) * range.turn,
         );
         let size = [(); 2].map(|()| g.magnitude([range.sides[0], range.sides[1] + 1.0]) as u32);
         let distance = g.magnitude(range.distance);
@@ -125,10 +131,16 @@ impl Situation {
             half_height
         };
         let at = position + orientation * DVec3::new(x * tangent * aspect, y * tangent, -distance);
-        let largest = distance * g.magnitude([1e-6, 0.7]);
+        let largest = distance * g.magnitude(range.extent);
         let half = DVec3::from_array([(); 3].map(|()| {
-            let flat = g.unit() < 0.2;
-            largest * if flat { 0.0 } else { g.magnitude([1e-4, 1.0]) }
+            let kind = g.unit();
+            let share = g.magnitude([1e-4, 1.0]);
+            largest
+                * match kind {
+                    ..0.2 => 0.0,
+                    0.8.. => 1.0,
+                    _ => share,
+                }
         }));
         let triangle = [(); 3].map(|()| DVec3::from_array([(); 3].map(|()| g.unit())));
         // Anywhere in the triangle; at a vertex or on a side as likely as inside.
@@ -138,8 +150,12 @@ impl Situation {
         // Farthest displacements are the likeliest.
         let mut push = || (2.0 * g.unit() - 1.0).clamp(-0.7, 0.7) / 0.7;
         let snapped = [(); 3].map(|()| DVec2::new(push(), push()));
+        // By how much the bounds of an ancestor reach farther: often not at all.
+        let mut beyond = || distance * g.magnitude([1e-6, 1e3]) * (4.0 * g.unit() - 3.0).max(0.0);
+        let [below, above] = [(); 2].map(|()| DVec3::from_array([(); 3].map(|()| beyond())));
 
         let bounds = [f32s(at - half), f32s(at + half)];
+        let ancestor = [f32s(bounds[0] - below), f32s(bounds[1] + above)];
         let reach = bounds[0].abs().max(bounds[1].abs());
         let shape = SceneShape {
             origin: DVec3::ZERO,
@@ -161,6 +177,7 @@ impl Situation {
             clip_from_relative: lens.matrix(),
             lens,
             bounds,
+            ancestor,
             triangle,
             weights,
             snapped,
@@ -201,7 +218,8 @@ impl Situation {
             } else {
                 self.lens.clip_near(dice, clips[inside], clips[i])
             };
-            if clip.w <= 0.0 {
+            // Nothing is said of a corner on the near plane whose w is rounding for the most part.
+            if clip.w < 0.5 * self.lens.near {
                 return None;
             }
             let vertex = self.lens.on_screen(dice, clip);
@@ -210,7 +228,13 @@ impl Situation {
             deepest = deepest.max(vertex.depth.abs());
         }
         let error = if self.snapped[0].x > 0.0 { 1.0 } else { -1.0 };
-        let depth = dice.round(depth + error * U * deepest).clamp(0.0, 1.0);
+        // What lies behind the far plane is clipped, but for what rounding lets pass.
+        if !(-16.0 * U..=1.0 + 16.0 * U).contains(&depth) {
+            return None;
+        }
+        let depth = dice
+            .round(depth + error * 2.0 * U * deepest)
+            .clamp(0.0, 1.0);
         let at = DVec2::new(f64::from(at.x as f32), f64::from(at.y as f32));
         self.in_image(at).then_some((at, depth))
     }
@@ -245,12 +269,28 @@ impl Situation {
         [round(a.min(b).min(c), false), round(a.max(b).max(c), true)]
     }
 
-    /// Whether `hroc_keeps` keeps a fragment of the triangle.
+    /// Whether `hroc_keeps` keeps a fragment of the triangle, with these shares of what the tests use.
     pub fn keeps(&self, dice: &mut Dice<'_>, (p, depth): (DVec2, f64), shares: &Shares) -> bool {
-        self.meets(dice, self.triangle_bounds(), (p, depth), shares)
+        let found = self.earliest_kept(dice, self.triangle_bounds(), p, shares);
+        found.is_some_and(|earliest| self.lens.shows_by(dice, earliest, depth, shares) >= 0.0)
     }
 
-    /// Whether the ray through `p` meets padded bounds in front of `depth`.
+    /// The earliest depth at `p` of anything in bounds that `is_kept` lets pass.
+    fn earliest_kept(
+        &self,
+        dice: &mut Dice<'_>,
+        b: Box3,
+        p: DVec2,
+        shares: &Shares,
+    ) -> Option<f64> {
+        let b = self.lens.padded(dice, b, shares);
+        let [t, meets] = self.lens.entry(dice, p, b, shares);
+        let nearest = self.lens.nearest_kept(dice, b);
+        let tolerance = self.lens.depth_tolerance(dice, b, nearest);
+        (meets >= 0.0).then(|| self.lens.earliest_depth(dice, t, tolerance, shares))
+    }
+
+    /// Whether the ray through `p` meets padded bounds in front of `depth`: the test of common/bounds.wgsl.
     fn meets(
         &self,
         dice: &mut Dice<'_>,
@@ -260,7 +300,10 @@ impl Situation {
     ) -> bool {
         let b = self.lens.padded(dice, b, shares);
         let [t, meets] = self.lens.entry(dice, p, b, shares);
-        meets >= 0.0 && self.lens.shows_by(dice, t, depth, shares) >= 0.0
+        let nearest = self.lens.nearest(dice, b);
+        let tolerance = self.lens.depth_tolerance(dice, b, nearest);
+        let earliest = self.lens.earliest_depth(dice, t, tolerance, shares);
+        meets >= 0.0 && self.lens.shows_by(dice, earliest, depth, shares) >= 0.0
     }
 
     /// Whether the frustum holds the padded bounds of the triangle.
@@ -272,10 +315,9 @@ impl Situation {
     /// A position and the farthest depth there that `hroc_keeps` keeps.
     pub fn grazed(&self, dice: &mut Dice<'_>) -> Option<(DVec2, f64)> {
         let p = self.aimed_position(dice)?;
-        let b = self.lens.padded(dice, self.bounds, &KEPT);
-        let [t, meets] = self.lens.entry(dice, p, b, &KEPT);
-        let depth = self.lens.limit(dice, t, &KEPT);
-        let passes = meets >= 0.0 && self.lens.shows_by(dice, t, depth, &KEPT) >= 0.0;
+        let earliest = self.earliest_kept(dice, self.bounds, p, &KEPT)?;
+        let depth = self.lens.limit(earliest, &KEPT);
+        let passes = self.lens.shows_by(dice, earliest, depth, &KEPT) >= 0.0;
         passes.then_some((p, depth))
     }
 
@@ -292,13 +334,21 @@ impl Situation {
         self.meets(dice, self.bounds, at, shares)
     }
 
+    /// Whether a node that holds the object lets it pass.
+    pub fn ancestor_passes(&self, dice: &mut Dice<'_>, at: (DVec2, f64), shares: &Shares) -> bool {
+        self.meets(dice, self.ancestor, at, shares)
+    }
+
     /// Whether the tests before the ray let a fragment of the bounds' box through to it: by the nearest point of
     /// the box in the shader, and by the early depth test.
     pub fn reaches_the_ray(&self, dice: &mut Dice<'_>, depth: f64) -> bool {
         let b = self.lens.padded(dice, self.bounds, &Shares::ALL);
         let nearest = self.lens.nearest(dice, b);
-        self.lens.shows_by(dice, nearest, depth, &Shares::ALL) >= 0.0
-            && self.lens.passes_early_by(dice, nearest, depth) >= 0.0
+        let tolerance = self.lens.depth_tolerance(dice, b, nearest);
+        let all = &Shares::ALL;
+        let earliest = self.lens.earliest_depth(dice, nearest, tolerance, all);
+        self.lens.shows_by(dice, earliest, depth, all) >= 0.0
+            && self.lens.passes_early_by(dice, earliest, depth) >= 0.0
     }
 
     /// A pixel position whose ray meets the padded bounds, as close to their silhouette as the attacker likes.

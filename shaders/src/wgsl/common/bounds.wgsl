@@ -19,6 +19,8 @@ const SLAB_WIDENING: f32 = 1.0000029;
 // that ask the same of the same ray and round differently.
 const KEPT_PADDING: f32 = 0.8;
 const KEPT_TOLERANCE: f32 = 0.5;
+// The part of the depth tolerance that is a share of the depth itself: 24 * 2^-23.
+const DEPTH_TOLERANCE_RELATIVE: f32 = 2.8610229e-6;
 // Corners farther out than this many half widths of the image lose too much of their place to rounding.
 const LARGEST_NDC: f32 = 32.0;
 // Directions are kept this far from zero so that no 0 * inf can arise.
@@ -157,29 +159,46 @@ fn entry_widened(ray: Ray, box: Box, near: f32, widening: f32) -> f32 {
     return select(-1.0, first, first <= last * widening);
 }
 
-// The depth of what starts at ray parameter `t`, before and after rounding toward visible, within a share of the
-// tolerance. What the map's own depth adds is left to the caller.
-fn earliest_depth(t: f32, share: f32) -> f32 {
+// No ray enters the box at a smaller parameter (view depth). Rounding of the distance is far below the padding.
+fn nearest_entry(box: Box) -> f32 {
+    return max(nearest_along(frame.forward, box) - rounding(box), frame.near);
+}
+
+// By how much the depths of surfaces in a padded box may err that has nothing before view depth `nearest`: what does not
+// depend on where they are entered, and what is divided by clip w there.
+fn depth_tolerance(box: Box, nearest: f32) -> vec2f {
+    let reach = dot(abs(frame.forward.xyz), max(abs(box.min), abs(box.max)));
+    return vec2f(
+        frame.depth_tolerance + frame.depth_tolerance_over_nearest / nearest,
+        frame.depth_tolerance_over_w + frame.depth_tolerance_reach_over_w * reach,
+    );
+}
+
+// The depth of what starts at ray parameter `t`, rounded toward visible by `tolerance`. What the depth buffer's own
+// value adds is left to `shows`.
+fn earliest_depth(t: f32, tolerance: vec2f) -> f32 {
     let nearer = t / SLAB_WIDENING;
     let along = frame.depth_along_ray;
     let w = along.z + along.w * nearer;
-    let entry_depth = (along.x + along.y * nearer) / w;
-    let tolerance = select(share * (frame.depth_tolerance + frame.depth_tolerance_over_w / w), 0.0, BROKEN == BROKEN_DEPTH);
-    return select(entry_depth - tolerance, entry_depth + tolerance, REVERSED_DEPTH);
+    let depth = (along.x + along.y * nearer) / w;
+    let error = select(tolerance.x + tolerance.y / w, 0.0, BROKEN == BROKEN_DEPTH);
+    return select(depth - error, depth + error, REVERSED_DEPTH);
 }
 
-// Whether a surface that starts at ray parameter `t` can be at or in front of `depth` (the value in the
+// Whether a surface that starts at ray parameter `t` in a padded box can be at or in front of `depth` (the value in the
 // depth buffer): compared in clip depth, rounded toward visible.
-fn may_show(t: f32, depth: f32) -> bool {
-    return shows_within(t, depth, 1.0);
+fn may_show(box: Box, t: f32, depth: f32) -> bool {
+    return shows(earliest_depth(t, depth_tolerance(box, nearest_entry(box))), depth);
 }
 
-fn shows_within(t: f32, depth: f32, share: f32) -> bool {
-    let tolerance = select(share * frame.depth_tolerance_relative * abs(depth), 0.0, BROKEN == BROKEN_DEPTH);
-    if (REVERSED_DEPTH) {
-        return earliest_depth(t, share) + tolerance >= depth;
-    }
-    return earliest_depth(t, share) - tolerance <= depth;
+// The same of an earliest depth.
+fn shows(earliest: f32, depth: f32) -> bool {
+    return shows_within(earliest, depth, DEPTH_TOLERANCE_RELATIVE);
+}
+
+fn shows_within(earliest: f32, depth: f32, relative: f32) -> bool {
+    let tolerance = select(relative * abs(depth), 0.0, BROKEN == BROKEN_DEPTH);
+    return select(earliest - tolerance <= depth, earliest + tolerance >= depth, REVERSED_DEPTH);
 }
 
 // Whether `x` is neither infinite nor NaN. This goes by the bits, because a compiler may assume that every float is
@@ -202,6 +221,10 @@ fn is_kept(bounds: Box, position: vec4f) -> bool {
         KEPT_PADDING * frame.padding_per_depth,
     );
     let t = entry_widened(pixel_ray(position.xy), box, frame.near, 1.0);
+    // The padding alone reaches in front of all corners, and the tests subtract more.
+    let tolerance = depth_tolerance(box, max(nearest_along(frame.forward, box), frame.near));
+    let earliest = earliest_depth(t, KEPT_TOLERANCE * tolerance);
     // The depth buffer holds the clamped value; a triangle clipped at the near plane can come out beyond it.
-    return t >= 0.0 && shows_within(t, clamp(position.z, 0.0, 1.0), KEPT_TOLERANCE);
+    let depth = clamp(position.z, 0.0, 1.0);
+    return t >= 0.0 && shows_within(earliest, depth, KEPT_TOLERANCE * DEPTH_TOLERANCE_RELATIVE);
 }

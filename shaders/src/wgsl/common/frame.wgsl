@@ -23,12 +23,13 @@ struct Frame {
     ray_direction_dx: vec3f,
     node_count: u32,
     ray_direction_dy: vec3f,
-    // Tolerance of a depth comparison: tolerance + tolerance_over_w / clip w + tolerance_relative * depth.
+    // Tolerance of a depth comparison with a surface in a box that is entered at clip w: tolerance + over_nearest / view
+    // depth of the box's nearest point + (over_w + reach_over_w * reach along the view) / w, and a share of the depth.
     depth_tolerance: f32,
     // Clip z and w along a ray are linear in its parameter t: z = x + y * t, w = z + w * t.
     depth_along_ray: vec4f,
     depth_tolerance_over_w: f32,
-    depth_tolerance_relative: f32,
+    depth_tolerance_over_nearest: f32,
     // Render target size in pixels.
     size: vec2u,
     // By how much more the boxes grow that are rasterized: whatever their distance, and per unit of the box's farthest
@@ -37,7 +38,7 @@ struct Frame {
     box_padding_per_depth: f32,
     // Objects of the baked scene, the leaves of its trees; those from here on move.
     static_count: u32,
-    reserved: u32,
+    depth_tolerance_reach_over_w: f32,
     // Where the zero of eye-relative positions lies in the source's coordinates: the f64 number as two f32.
     eye_high: vec3f,
     // Half-width by which bounds grow per unit of their reach, the largest sum of absolute coordinates of a corner.
