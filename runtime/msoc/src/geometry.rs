@@ -83,6 +83,15 @@ pub(crate) fn transform(m: &Matrix4, [x, y, z]: [f32; 3]) -> [f32; 4] {
     std::array::from_fn(|row| (m[0][row] * x + m[1][row] * y) + (m[2][row] * z + m[3][row]))
 }
 
+/// Bounds of the errors of clip-space components, see [`clip_error`].
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ClipError {
+    /// Of each component.
+    pub any: f32,
+    /// Of z and w.
+    pub depth: f32,
+}
+
 /// Bound of the difference between a clip-space component computed here and by a GPU that transforms to
 /// world first, for points with coordinates up to `reach`. With `S` the sum of absolute products in a
 /// component, each of the GPU's two steps errs by `4.5 * 2 U S` (four products, three sums, the entries; a
@@ -94,7 +103,7 @@ pub(crate) fn clip_error(
     clip_from_world: &Matrix4,
     world_from_object: &Affine3,
     reach: [f32; 3],
-) -> f32 {
+) -> ClipError {
     let world = world_from_object.map(|row| {
         let terms = (0..3).map(|k| (row[k] * reach[k]).abs());
         terms.sum::<f32>() + row[3].abs()
@@ -103,7 +112,11 @@ pub(crate) fn clip_error(
         let terms = (0..3).map(|k| (clip_from_world[k][row] * world[k]).abs());
         terms.sum::<f32>() + clip_from_world[3][row].abs()
     };
-    36.0 * U * (0..4).map(component).fold(0.0, f32::max)
+    let largest = |rows: std::ops::Range<usize>| 36.0 * U * rows.map(component).fold(0.0, f32::max);
+    ClipError {
+        any: largest(0..4),
+        depth: largest(2..4),
+    }
 }
 
 /// Clip-space positions of a mesh.

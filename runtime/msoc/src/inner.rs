@@ -54,7 +54,8 @@
 //!   `|a / b|` is no more than 1 over the far plane's distance, and neither is 1/w less: `E/w` of the nearness holds
 //!   what goes by `a`, and what goes by b is `9 u` of the nearness; the divisions of both sides, viewport transform
 //!   and format make `10 u`. Hence `24 u` of it. A GPU's weights of three corners err by `4 u` of the largest.
-//!   With standard depth, where a is about 1, all that is absolute in depth: `2 E/w + 16 u`, over `|b|`
+//!   With standard depth, where a is about 1, all that is absolute in depth. The GPU's own errors of z and w are
+//!   `E_z / 2` each, where `E_z` is E of these two alone: `E_z/w + 16 u`, over `|b|`
 //!   ([`depth_tolerance`](crate::Mode::Inner)).
 //!
 //! # Queries

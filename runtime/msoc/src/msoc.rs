@@ -3,7 +3,8 @@
 use crate::buffer::MaskedDepth;
 use crate::footprint::{Bounds, FindsBounds, FindsHull, Footprint, Rect, Visibility};
 use crate::geometry::{
-    Aabb, Matrix4, Occluder, OccluderMesh, Transform, clip_error, compose, sphere_bounds, transform,
+    Aabb, ClipError, Matrix4, Occluder, OccluderMesh, Transform, clip_error, compose,
+    sphere_bounds, transform,
 };
 use crate::options::{Depth, Mode, Options, OptionsError};
 use crate::query::{AsksPixels, AsksRect, AsksRects};
@@ -103,7 +104,7 @@ impl Msoc {
             out: &mut self.vertices,
         });
         let error = match self.view.inner {
-            None => 0.0,
+            None => ClipError::default(),
             Some(_) => clip_error(clip_from_world, world_from_object, reach(mesh.positions)),
         };
         let triangles = Indexed {

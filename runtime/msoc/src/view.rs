@@ -1,6 +1,6 @@
 //! What triangle setup knows of the view, and how far `inner` moves things.
 
-use crate::geometry::{Aabb, IDENTITY, Matrix4, clip_error};
+use crate::geometry::{Aabb, ClipError, IDENTITY, Matrix4, clip_error};
 use crate::options::{Depth, Mode, Options};
 use crate::simd::Simd;
 
@@ -43,6 +43,8 @@ pub(crate) struct Inner {
     pub depth_tolerance: f32,
     /// Bound of the error of each clip-space component, ours and the GPU's together.
     pub clip_error: f32,
+    /// The same of z and w alone.
+    pub depth_error: f32,
 }
 
 impl View {
@@ -71,15 +73,17 @@ impl View {
                     step_px: 0.5_f32.powi(i32::from(subpixel_bits)),
                     depth_tolerance,
                     clip_error: 0.0,
+                    depth_error: 0.0,
                 }),
             },
         }
     }
 
     /// The same view for geometry whose clip-space components may err by that much.
-    pub fn with_clip_error(mut self, clip_error: f32) -> Self {
+    pub fn with_clip_error(mut self, error: ClipError) -> Self {
         if let Some(inner) = &mut self.inner {
-            inner.clip_error = clip_error;
+            inner.clip_error = error.any;
+            inner.depth_error = error.depth;
         }
         self
     }
@@ -123,7 +127,7 @@ impl Inner {
     pub fn depth_margin(&self, depth: Depth, inverse_w: f32) -> [f32; 2] {
         let transform = 2.0 * self.clip_error * inverse_w;
         let absolute = match depth {
-            Depth::InverseW => self.depth_tolerance * (16.0 + transform / U),
+            Depth::InverseW => self.depth_tolerance * (16.0 + self.depth_error / U * inverse_w),
             Depth::Reversed | Depth::Standard => self.depth_tolerance + 8.0 * U + transform,
         };
         [1.0 - (24.0 * U + transform), absolute]
@@ -143,7 +147,8 @@ impl Inner {
         let transform = s.mul(s.splat(2.0 * self.clip_error), inverse_w);
         let absolute = match depth {
             Depth::InverseW => {
-                let roundings = s.add(s.splat(16.0), s.mul(transform, s.splat(1.0 / U)));
+                let transform = s.mul(s.splat(self.depth_error / U), inverse_w);
+                let roundings = s.add(s.splat(16.0), transform);
                 s.mul(s.splat(self.depth_tolerance), roundings)
             }
             Depth::Reversed | Depth::Standard => {
