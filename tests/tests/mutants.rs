@@ -31,7 +31,7 @@ fn by_theme(mutant: Mutant) -> Vec<&'static HardCase> {
     let first: &[&str] = match mutant {
         Mutant::None | Mutant::SlabWidening => &[],
         Mutant::Coverage => &["snapped-grid", "sub-pixel", "flat-and-tiny"],
-        Mutant::DepthPadding => &["ulp-layers", "depth-conventions", "coplanar"],
+        Mutant::DepthPadding => &["collinear", "ulp-layers", "coplanar"],
         Mutant::NearPlane => &["around-the-eye", "through-a-wall"],
         Mutant::Pruning => &["clutter", "rooms"],
         Mutant::NotFinite => &["collinear", "near-degenerate"],
