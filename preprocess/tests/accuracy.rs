@@ -72,8 +72,10 @@ fn displacement(scene: &Scene, source: &SourceScene, object: usize) -> f64 {
             .transform_point3(DVec3::from(position.map(f64::from)));
         found.distance(right)
     };
-    let positions = source.meshes[from.mesh].positions.iter().enumerate();
-    positions.map(of_vertex).fold(0.0, f64::max)
+    let mesh = &source.meshes[from.mesh];
+    // Vertices that no triangle uses are left out; here they are the last ones.
+    let used = mesh.positions.iter().take(mesh.indices.len());
+    used.enumerate().map(of_vertex).fold(0.0, f64::max)
 }
 
 fn cell_origin(scene: &Scene, object: usize) -> [f64; 3] {

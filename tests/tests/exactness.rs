@@ -253,8 +253,8 @@ fn only_stray_fragments_are_dropped() {
     );
 }
 
-/// The depth at which an object's bounds, grown by the device's subpixel step and by f32's resolution of the scene, begin
-/// along a pixel's ray; infinitely far where they are missed.
+/// The depth at which an object's bounds, grown by a subpixel step of the device and by f32's resolution at its distance,
+/// begin along a pixel's ray; infinitely far where they are missed.
 fn nearest_depth(
     shape: &hroc_runtime::SceneShape,
     camera: &Camera,
@@ -298,7 +298,8 @@ fn nearest_depth(
         }
         Projection::Orthographic { half_height } => 2.0 * half_height / f64::from(size[1]),
     };
-    let grow = pixel_size * shape.subpixel_step_px + 1e-6 * reach;
+    let step_px = shape.subpixel_step_px;
+    let grow = pixel_size * step_px + 1e-6 * reach;
     let (lo, hi) = (lo - grow, hi + grow);
     let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);
     for axis in 0..3 {

@@ -36,6 +36,10 @@ const CHECKS: &[(&str, Check)] = &[
     ("sub-pixel", sub_pixel),
     ("flat-and-tiny", flat_and_tiny),
     ("narrow-gaps", narrow_gaps),
+    ("degenerate", |seen| narrow_triangles(seen, 1e-6)),
+    ("near-degenerate", |seen| narrow_triangles(seen, 1e-2)),
+    ("on-one-line", |seen| narrow_triangles(seen, 0.0)),
+    ("one-pixel", one_pixel),
     ("parallel-rays", parallel_rays),
     ("edge-rays", edge_rays),
     ("snapped-grid", snapped_grid),
@@ -431,6 +435,42 @@ fn flat_and_tiny(seen: &Seen) {
             .count()
             > 10
     }));
+}
+
+/// Most triangles of most meshes have an area below this share of the square of their longest edge.
+fn narrow_triangles(seen: &Seen, share: f64) {
+    let scene = seen.world.baked.scene();
+    let narrow_in = |mesh: &hroc_format::ArchivedMesh| {
+        let first = mesh.vertex_range().start;
+        let corner = |index: u32| {
+            let position = scene.position(first + index as usize);
+            DVec3::from_array(position.map(f64::from))
+        };
+        let triangles = scene.indices()[mesh.index_range()].chunks_exact(3);
+        let narrow = triangles.clone().filter(|t| {
+            let [a, b, c] = [corner(t[0]), corner(t[1]), corner(t[2])];
+            let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+            (b - a).cross(c - a).length() <= 2.0 * share * longest * longest
+        });
+        2 * narrow.count() > triangles.count()
+    };
+    let narrow = scene.meshes.iter().filter(|mesh| narrow_in(mesh)).count();
+    assert!(
+        2 * narrow > scene.meshes.len(),
+        "{narrow} of {}",
+        scene.meshes.len()
+    );
+    assert!(seen.frames().all(|i| !seen.visible(i).is_empty()));
+}
+
+fn one_pixel(seen: &Seen) {
+    // The first object is the wall.
+    let small = seen.bounds.iter().skip(1).filter(|bounds| {
+        seen.extent_px(0, bounds)
+            .is_some_and(|extent| extent.max_element() < 4.0)
+    });
+    assert!(10 * small.count() > 9 * (seen.bounds.len() - 1));
+    assert!(seen.frames().any(|i| seen.visible(i).len() > 20));
 }
 
 fn narrow_gaps(seen: &Seen) {

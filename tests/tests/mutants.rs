@@ -31,10 +31,10 @@ fn by_theme(mutant: Mutant) -> Vec<&'static HardCase> {
     let first: &[&str] = match mutant {
         Mutant::None | Mutant::SlabWidening => &[],
         Mutant::Coverage => &["snapped-grid", "sub-pixel", "flat-and-tiny"],
-        Mutant::DepthPadding => &["ulp-layers", "depth-conventions", "coplanar"],
+        Mutant::DepthPadding => &["on-one-line", "ulp-layers", "coplanar"],
         Mutant::NearPlane => &["around-the-eye", "through-a-wall"],
         Mutant::Pruning => &["clutter", "rooms"],
-        Mutant::NotFinite => &["collinear", "near-degenerate"],
+        Mutant::NotFinite => &["on-one-line", "near-degenerate"],
         Mutant::Fallback => &["sudden-crowd", "teleports"],
     };
     let rank = |case: &&HardCase| first.iter().position(|name| *name == case.name);

@@ -13,7 +13,7 @@ pub const KEPT_PADDING: f32 = 0.8;
 /// As in the shader.
 pub const KEPT_TOLERANCE: f32 = 0.5;
 /// As in the shader.
-pub const DEPTH_TOLERANCE_RELATIVE: f32 = 2.861_022_9e-6;
+pub const DEPTH_TOLERANCE_RELATIVE: f32 = 24.0 * f32::EPSILON;
 /// As in the shader.
 pub const LARGEST_NDC: f32 = 32.0;
 

@@ -129,7 +129,7 @@ pub(super) const NEAR_DEGENERATE: HardCase = HardCase {
 /// Triangles whose corners lie on one line in every bit, at whatever place and scale they are computed: rounding to the
 /// subpixel grid gives some of them an area again, and they cover a pixel's centre.
 pub(super) const COLLINEAR: HardCase = HardCase {
-    name: "collinear",
+    name: "on-one-line",
     failure: "corners on one line left it once they were snapped: the depth of their fragments was 0 * infinity, NaN",
     make: |scale| {
         let mut rng = Rng(313);
