@@ -1,7 +1,7 @@
 //! Reads Wavefront OBJ: positions and faces, nothing else.
 //!
-//! Faces of one `o` line, one `g` and one `usemtl` are a part, wherever they stand; parts are numbered in the order of
-//! their first faces.
+//! Faces under one `o` line and one `g` are a group, wherever they stand; those with one `usemtl` are a part of it. Groups
+//! of the file and parts of a group are numbered in the order of their first faces.
 
 use super::affine::{Affine, Point};
 use super::geometry::{Part, Shape};
@@ -31,6 +31,8 @@ impl File {
             faces: Vec::new(),
         };
         let mut numbers = HashMap::new();
+        // The number of each group and how many parts it has.
+        let mut groups = HashMap::new();
         let mut key: Key<'_> = (0, b"", b"");
         let mut name: &[u8] = b"";
         for (number, line) in statements(bytes) {
@@ -57,7 +59,10 @@ impl File {
                         continue;
                     }
                     let part = *numbers.entry(key).or_insert_with(|| {
-                        file.add_part(if name.is_empty() { key.1 } else { name });
+                        let next = groups.len() as u32;
+                        let (group, parts) = groups.entry((key.0, key.1)).or_insert((next, 0));
+                        file.add_part(if name.is_empty() { key.1 } else { name }, [*group, *parts]);
+                        *parts += 1;
                         file.faces.len() - 1
                     });
                     let faces = &mut file.faces[part];
@@ -71,12 +76,12 @@ impl File {
         Ok(file)
     }
 
-    fn add_part(&mut self, name: &[u8]) {
+    fn add_part(&mut self, name: &[u8], [node, primitive]: [u32; 2]) {
         let number = self.parts.len();
         self.faces.push(Faces::default());
         self.parts.push(Part {
-            node: number as u32,
-            primitive: 0,
+            node,
+            primitive,
             name: String::from_utf8_lossy(name).into_owned(),
             places: vec![Affine::IDENTITY],
             shape: number,
