@@ -5,7 +5,8 @@
 //! encoder, a [`Camera`] and [`Targets`]; the method calls the host's [`Drawer`] back with the lists to draw.
 //! `examples/embed.rs` is the smallest host.
 //!
-//! World coordinates are relative to the baked scene's origin; lengths are in the source's units.
+//! Cameras and transforms are in the source's coordinates, in f64; positions in shaders are relative to the eye. Lengths are
+//! in the source's units.
 #![warn(missing_docs)]
 
 mod batch_occlusion_test;

@@ -51,6 +51,8 @@ const CHECKS: &[(&str, Check)] = &[
     ("far-1e5", |seen| as_the_rooms_at(seen, 1e5)),
     ("far-1e7", |seen| as_the_rooms_at(seen, 1e7)),
     ("wide-world", wide_world),
+    ("bolts-on-a-planet", bolts_on_a_planet),
+    ("on-a-wide-mesh", |seen| seen_between(seen, 0.05, 0.6)),
     ("odd-transforms", odd_transforms),
     ("cancelling", cancelling),
     ("identical-boxes", identical_boxes),
@@ -105,8 +107,12 @@ struct Seen {
 impl Seen {
     /// `None` where no GPU is wanted.
     fn new(name: &str, depth: DepthConvention) -> Option<Self> {
+        Self::of((case(name).unwrap().make)(Scale::Small), depth)
+    }
+
+    /// Of a scene that is none of the cases.
+    fn of(scene: CaseScene, depth: DepthConvention) -> Option<Self> {
         let gpu = gpu()?;
-        let scene = (case(name).unwrap().make)(Scale::Small);
         let mut world = World::of_case(gpu, &scene);
         let mut host = Host::new(gpu, &world, Scale::Small.size(), depth);
         let mut noc = Noc::new(&gpu.device, &world.scene, depth);
@@ -637,6 +643,45 @@ fn as_the_rooms_at(seen: &Seen, distance: f64) {
     assert!(seen.scene.frames[0].camera.position.length() > distance);
     for i in seen.frames() {
         assert_eq!(seen.visible(i), rooms.visible(i), "frame {i}");
+    }
+}
+
+/// The bolts keep their size to a millionth where the scene is as large as the Earth, and what shows is what shows of
+/// them by themselves at zero.
+fn bolts_on_a_planet(seen: &Seen) {
+    use hroc_study::hard_cases::builder::{Builder, ball, cube};
+    use hroc_study::hard_cases::planet::{bolts, eyes};
+    let scene = seen.world.baked.scene();
+    assert!(seen.world.scene.shape.radius > 6e6 && scene.cells.len() > 1);
+    let mut at_zero = Builder::new(vec![cube(), ball(3)]);
+    let count = scene.objects.len() - 3;
+    bolts(&mut at_zero, count, DVec3::ZERO);
+    let alone = CaseScene {
+        source: at_zero.build(),
+        frames: eyes(DVec3::ZERO).map(Into::into).collect(),
+        motion: None,
+    };
+    let near = alone.bake().unwrap();
+    let exact = near.scene().object_bounds.iter();
+    let mut worst = 0.0f64;
+    for (far, near) in scene.object_bounds.iter().zip(exact) {
+        let (far, near) = (far.to_native(), near.to_native());
+        let extent = |b: &hroc_format::ObjectBounds| {
+            let corner = |corner: [f32; 3]| DVec3::from_array(corner.map(f64::from));
+            corner(b.max) - corner(b.min)
+        };
+        let off = (extent(&far) - extent(&near)).abs().max_element();
+        worst = worst.max(off / extent(&near).max_element());
+    }
+    assert!(worst < 3e-6, "off by {worst} of its size");
+    let shown = Seen::of(alone, DepthConvention::Reversed).unwrap();
+    for i in seen.frames() {
+        assert_eq!(seen.visible(i), shown.visible(i), "frame {i}");
+        let visible = seen.visible(i).len();
+        assert!(
+            visible > 30 && visible < count * 2 / 3,
+            "{visible} of {count}"
+        );
     }
 }
 

@@ -15,6 +15,7 @@ mod materials;
 mod motion;
 mod near_plane;
 pub mod no_culling;
+pub mod planet;
 mod rays;
 pub mod run;
 mod sampling;
@@ -213,6 +214,8 @@ pub const CASES: &[HardCase] = &[
     transforms::FAR_1E5,
     transforms::FAR_1E7,
     transforms::WIDE_WORLD,
+    planet::BOLTS_ON_A_PLANET,
+    planet::ON_A_WIDE_MESH,
     transforms::ODD_TRANSFORMS,
     transforms::CANCELLING,
     hierarchy::IDENTICAL_BOXES,
