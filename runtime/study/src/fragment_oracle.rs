@@ -7,7 +7,7 @@
 //! The shader's rounding decides near the border. How much it can decide is bounded in frame_uniform.rs, "Two
 //! pipelines": a fifth of the padding, half of the depth tolerance and `24 u` of the interval cover the difference of
 //! two roundings of one question, so half of each covers the difference of one rounding from none. Hence the three
-//! [`Margin`]s.
+//! `Margin`s.
 
 use glam::{DVec2, DVec3, DVec4};
 use hroc_format::ObjectBounds;

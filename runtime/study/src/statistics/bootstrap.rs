@@ -25,7 +25,7 @@ pub struct Interval {
 ///
 /// `windows` has the number of frames of each window. Frames of one window are alike, and windows are apart, so whole
 /// windows are drawn with replacement, and both series use the same ones. As there are few windows, percentiles alone
-/// would give intervals that are too narrow; they are those of [`tail`]. Frames of a lone window are resampled like
+/// would give intervals that are too narrow; they are those of `tail`. Frames of a lone window are resampled like
 /// those without windows.
 ///
 /// Without windows, neighbouring frames resemble each other, so what is drawn with replacement are not frames but path segments: runs
